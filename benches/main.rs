@@ -18,11 +18,9 @@ use std::time::{Duration, Instant};
 
 /// The default robot, drive and laws on a terrain.
 fn setup(engine: EngineKind, terrain: &Terrain) -> PlantSetup {
-    PlantSetup {
-        terrain: terrain.clone(),
-        engine,
-        ..Scene::default().plant_setup()
-    }
+    let mut setup = Scene::default().plant_setup();
+    (setup.terrain, setup.engine.kind) = (terrain.clone(), engine);
+    setup
 }
 
 /// A plant after two simulated seconds, when the robot moves.

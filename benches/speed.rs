@@ -67,10 +67,8 @@ pub fn table(setup: impl Fn(EngineKind, &Terrain) -> PlantSetup, duration: f64) 
         ("stairs", Profile::Stairs(Default::default())),
     ] {
         let terrain = Terrain::new(profile);
-        let exact = PlantSetup {
-            tolerance: 1e-8,
-            ..setup(EngineKind::Direct, &terrain)
-        };
+        let mut exact = setup(EngineKind::Direct, &terrain);
+        exact.engine.tolerance = 1e-8;
         let exact = truth(&exact, duration);
         for engine in EngineKind::ALL {
             let setup = setup(engine, &terrain);

@@ -8,7 +8,7 @@
 use crate::seeds::{SeedScores, floor, study};
 use crate::support::scene;
 use robhaz_run::Observers;
-use robhaz_scene::{Scene, SensorSpec};
+use robhaz_scene::{Grade, Scene};
 use robhaz_study::{
     Consistency, CovarianceVerdict, Report, Study, TruthRun, Watch, compute_dataset, ladder,
 };
@@ -68,7 +68,7 @@ fn with_kalman(name: &str, overrides: &[&[&str]]) -> Scene {
 
 /// The first `seeds` seeds, or one if no error is random.
 fn seeds_of(scene: &Scene, seeds: usize) -> &'static [u64] {
-    let random = scene.sensors.spec != SensorSpec::ideal();
+    let random = scene.sensors.spec != Grade::Ideal.sensors();
     &SEEDS[..if random { seeds } else { 1 }]
 }
 

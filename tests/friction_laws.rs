@@ -101,7 +101,7 @@ fn a_climbing_wheel_slips_as_its_law_says() {
                 let d = r - w.penetration;
                 let torque =
                     drive.kp * (drive.speed / r - w.omega) - drive.viscous_damping * w.omega;
-                let rolling = scene.rolling.coefficient * r * w.normal_force;
+                let rolling = scene.friction.rolling * r * w.normal_force;
                 worst_t = worst_t.max((w.traction - (torque - rolling) / d).abs());
                 let expected =
                     slip_speed(&scene.friction, w.traction / w.normal_force, w.omega * d);

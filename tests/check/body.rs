@@ -4,7 +4,7 @@
 use super::common::faults::normal;
 use super::common::{Failure, checked};
 use rayon::prelude::*;
-use robhaz_estimator::{LinkReading, SensorFrame};
+use robhaz_estimator::SensorFrame;
 use robhaz_log::check::{Report, Verdict};
 use robhaz_model::{BodyMount, BodyReading, Carrier, Geometry, Suspension};
 use robhaz_run::{DrivenPlant, sensor_frame};
@@ -71,8 +71,7 @@ impl Drive {
         let mut mount = BodyMount::new(&robot.geometry, spec.pin_noise).keeping_jumps();
         let mut frames = self.frames.clone();
         for (frame, reading) in frames.iter_mut().zip(&body) {
-            let found = mount.links(frame.time, reading);
-            [frame.link1, frame.link2] = LinkReading::of(&found);
+            [frame.link1, frame.link2] = mount.links(frame.time, reading);
         }
         checked(&self.scene, true, &frames)
     }

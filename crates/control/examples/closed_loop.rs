@@ -3,15 +3,14 @@
 //!
 //! `cargo run --release --example closed_loop`
 //!
-//! The robot here rolls without slip up an even slope, so its motion and the true forces follow in
-//! closed form. Readings have no errors.
+//! The robot here rolls without slip up an even slope, so its motion follows in closed form. Readings
+//! have no errors.
 
 use robhaz_control::{
     ControlInput, ControlKind, ControlSettings, Controller, FrictionTestPlan, WheelCommand,
 };
-use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
-use robhaz_model::{Robot, Vec2};
+use robhaz_model::Robot;
 
 /// Angle of the slope, rad.
 const SLOPE: f64 = 10.0 * std::f64::consts::PI / 180.0;
@@ -40,30 +39,6 @@ impl Plant {
         let weight = mass.total() * self.robot.gravity * SLOPE.sin() * r;
         let torque: f64 = self.torque.iter().sum();
         (torque - 3.0 * DAMPING * self.spin - weight) / inertia
-    }
-
-    /// Tractions, eq. (2), and normal forces, eq. (8), N.
-    fn forces(&self) -> Option<([f64; 3], [f64; 3])> {
-        let (geometry, mass) = (&self.robot.geometry, &self.robot.mass);
-        let spin = self.acceleration();
-        let inertia = mass.wheel_inertia + mass.rotor_inertia;
-        let r = geometry.wheel_radius;
-        let traction = self
-            .torque
-            .map(|t| (t - DAMPING * self.spin - inertia * spin) / r);
-        let arms = Arms::new(geometry, SLOPE, SLOPE).ok()?;
-        let motion = LinkageMotion {
-            q: Vec2::new(SLOPE.cos(), SLOPE.sin()) * (r * spin),
-            spin: [spin; 3],
-            ..LinkageMotion::default()
-        };
-        let (points, carriers) = (mass.true_points(), &geometry.carriers);
-        let loads = Loads::moving(mass, &points, &arms, carriers, &motion, self.robot.gravity);
-        let equations = Equilibrium::new(&arms, carriers, r, &loads, &[SLOPE; 3], 0.2)?;
-        let normal = equations
-            .least_squares()?
-            .solve(&equations.right_side(&traction));
-        Some((traction, normal))
     }
 
     fn advance(&mut self) {
@@ -95,7 +70,7 @@ impl Plant {
     }
 }
 
-/// Largest over smallest T/N of the wheels after 6 s. Torques are shared, or equal.
+/// Largest over smallest estimate of T/N of the wheels after 6 s. Torques are shared, or equal.
 fn climb(robot: &Robot, shared: bool) -> Result<f64, Box<dyn std::error::Error>> {
     let settings = ControlSettings {
         kind: ControlKind::Shared,
@@ -118,13 +93,15 @@ fn climb(robot: &Robot, shared: bool) -> Result<f64, Box<dyn std::error::Error>>
         spin: 0.0,
         torque: [holding; 3],
     };
+    let mut ratio = [0.0; 3];
     for k in 0..6000 {
         let time = STEP * f64::from(k);
         let frame = plant.readings(time);
-        let estimate = estimator.update(&frame).ok();
+        let estimate = estimator.update(&frame)?;
+        ratio = [0, 1, 2].map(|i| estimate.traction[i] / estimate.normal_force[i]);
         let commands = controller.update(&ControlInput {
             frame: &frame,
-            estimate: estimate.as_ref(),
+            estimate: Some(&estimate),
             set_speed: SPEED * (time / 2.0).min(1.0),
         });
         let torque = commands.map(|command| match command {
@@ -136,8 +113,6 @@ fn climb(robot: &Robot, shared: bool) -> Result<f64, Box<dyn std::error::Error>>
         plant.torque = if shared { torque } else { [mean; 3] };
         plant.advance();
     }
-    let (traction, normal) = plant.forces().ok_or("the statics are singular")?;
-    let ratio = [0, 1, 2].map(|i| traction[i] / normal[i]);
     let name = if shared { "shared" } else { "equal" };
     let [front, middle, rear] = ratio;
     println!(

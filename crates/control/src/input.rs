@@ -38,25 +38,16 @@ pub struct FrictionTestPlan {
 }
 
 /// A number of [`ControlSettings`] with which there is no control.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{field} is {found}: gains and damping are at least 0, limits and times above 0, all finite"
+)]
 pub struct ControlSettingsError {
     /// Its name.
     pub field: &'static str,
     /// Its value.
     pub found: f64,
 }
-
-impl core::fmt::Display for ControlSettingsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { field, found } = self;
-        write!(
-            f,
-            "{field} is {found}: gains and damping are at least 0, limits and times above 0, all finite"
-        )
-    }
-}
-
-impl core::error::Error for ControlSettingsError {}
 
 impl ControlSettings {
     /// Whether there is a control with these numbers; [`ControlKind::Speed`] needs none of them.
@@ -103,25 +94,15 @@ impl Default for FrictionTestPlan {
 
 impl FrictionTestPlan {
     /// Rate of robot A, N m/s: a wheel slips within 10 s even at mu = 0.9, where it needs 3.5 N m.
-    const RATE: f64 = 0.35;
+    pub const RATE: f64 = 0.35;
     /// Largest rate of robot A, N m/s: at higher ones the wheel runs away before its slip is found.
-    const FASTEST: f64 = 1.0;
+    pub const FASTEST: f64 = 1.0;
 
-    /// The default rate of a robot, N m/s: that of robot A in the robot's [`Units`].
-    pub fn usual_rate(robot: &Robot) -> f64 {
-        Self::RATE * torque_rate(robot)
+    /// Rate of the torque of a robot that is 1 N m/s of robot A, in the robot's [`Units`], N m/s.
+    pub fn unit_rate(robot: &Robot) -> f64 {
+        let units = Units::of(robot);
+        units.torque() / units.time
     }
-
-    /// The largest rate of a robot, N m/s.
-    pub fn fastest_rate(robot: &Robot) -> f64 {
-        Self::FASTEST * torque_rate(robot)
-    }
-}
-
-/// Rate of the torque of a robot that is 1 N m/s of robot A, N m/s.
-fn torque_rate(robot: &Robot) -> f64 {
-    let units = Units::of(robot);
-    units.torque() / units.time
 }
 
 /// What a control gets at one sample.

@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release --example rover`
 
-use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, NoiseBudget, SensorFrame};
+use robhaz_estimator::{Estimator, EstimatorSettings, NoiseBudget, SensorFrame};
 use robhaz_model::{
     BodyMount, BodyReading, Carrier, GRAVITY, Geometry, MassSet, Outline, PinStop, Pins, Robot,
     Suspension, Vec2,
@@ -145,8 +145,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             pin: Some(0.0),
             wheels: [Some(0.0); 3],
         };
-        let links = mount.links(time, &reading);
-        let [link1, link2] = LinkReading::of(&links);
+        let [link1, link2] = mount.links(time, &reading);
         let estimate = estimator.update(&SensorFrame {
             time,
             wheel_angle: [Some(0.0); 3],

@@ -3,32 +3,9 @@
 use crate::deviation::{GATE, root_sum_square};
 use crate::flags::Flags;
 use crate::settings::NoiseBudget;
-use robhaz_model::{LinkReadings, Robot};
+use robhaz_model::Robot;
 
-/// Readings of the inclinometer and the rate gyroscope on one link; `None` where a reading is
-/// missing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LinkReading {
-    /// Turn from the nominal pose, rad, counter-clockwise.
-    pub inclination: Option<f64>,
-    /// Angular rate, rad/s, counter-clockwise.
-    pub rate: Option<f64>,
-    /// Standard deviation of the rate beyond the noise of a gyroscope, rad/s: of a rate that follows
-    /// from the angle of a joint, as [`robhaz_model::BodyMount`] gives it. 0 of a gyroscope on the
-    /// link.
-    pub rate_error: f64,
-}
-
-impl LinkReading {
-    /// Those of links 1 and 2, made of an inertial sensor in the body and the angle of a pin.
-    pub fn of(links: &LinkReadings) -> [Self; 2] {
-        [0, 1].map(|i: usize| Self {
-            inclination: links.inclination[i],
-            rate: links.rate[i],
-            rate_error: links.rate_error[i],
-        })
-    }
-}
+pub use robhaz_model::LinkReading;
 
 /// All readings of one instant, SI; `None` where a reading is missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -46,10 +46,10 @@ impl Problem {
     }
 
     /// The same problem at another place.
-    pub fn moved_to(self, origin: &Origin) -> Self {
-        let mut moved = Self::at(origin, &self.key, self.message);
-        moved.whole = self.whole;
-        moved
+    pub fn move_to(&mut self, origin: &Origin) {
+        let whole = self.whole;
+        *self = Self::at(origin, &self.key, std::mem::take(&mut self.message));
+        self.whole = whole;
     }
 
     /// The same problem, about several keys or a missing key.
@@ -154,15 +154,12 @@ impl Diagnostic for FileError {
 /// escapes such as `\u{1b}`, a tab becomes a space.
 pub fn harmless(text: &str) -> String {
     let is_mark = |c: char| matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '\t' => out.push(' '),
-            c if c.is_control() || is_mark(c) => out.extend(c.escape_unicode()),
-            c => out.push(c),
-        }
-    }
-    out
+    let shown = |c: char| match c {
+        '\t' => " ".to_owned(),
+        c if c.is_control() || is_mark(c) => c.escape_unicode().to_string(),
+        c => c.to_string(),
+    };
+    text.chars().map(shown).collect()
 }
 
 #[cfg(test)]

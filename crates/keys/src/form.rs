@@ -80,7 +80,7 @@ pub trait Form: Sync {
     }
 
     /// Writes what has headings of its own.
-    fn tables(&self, _out: &mut Out, _path: &str, _meaning: &str, _value: &mut Self::Value) {}
+    fn tables(&self, _: &mut Out, _head: &str, _path: &str, _meaning: &str, _: &mut Self::Value) {}
 
     /// Adds the rows of keys below.
     fn rows(&self, _rows: &mut Vec<KeyReference>, _path: &str, _value: &mut Self::Value) {}
@@ -208,9 +208,9 @@ impl<F: Form<Value: Default>> Form for Maybe<F> {
         self.0.schema(None)
     }
 
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut Self::Value) {
-        if let Some(value) = value {
-            self.0.tables(out, path, meaning, value);
+    fn tables(&self, out: &mut Out, head: &str, path: &str, about: &str, of: &mut Self::Value) {
+        if let Some(value) = of {
+            self.0.tables(out, head, path, about, value);
         }
     }
 
@@ -259,7 +259,7 @@ impl<F: Form, V> Form for Array<F, V> {
     }
 
     fn schema(&self, _defaults: Option<&mut V>) -> Json {
-        items(self.item.schema(None), self.count[0], self.count[1])
+        items(self.item.schema(None), self.count)
     }
 
     fn about(&self) -> About {
@@ -350,7 +350,7 @@ pub fn object(properties: Map<String, Json>, required: &[&str]) -> Json {
 }
 
 /// JSON Schema of a list of at least `least` and at most `most` items.
-pub fn items(item: Json, least: usize, most: usize) -> Json {
+pub fn items(item: Json, [least, most]: [usize; 2]) -> Json {
     json!({"type": "array", "items": item, "minItems": least, "maxItems": most})
 }
 

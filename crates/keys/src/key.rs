@@ -113,9 +113,9 @@ impl<T, F: Form> Form for At<T, F> {
         (self.is_written)(of).then(|| self.form.text((self.at)(of)))?
     }
 
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, of: &mut T) {
+    fn tables(&self, out: &mut Out, head: &str, path: &str, meaning: &str, of: &mut T) {
         if (self.is_written)(of) {
-            self.form.tables(out, path, meaning, (self.at)(of));
+            self.form.tables(out, head, path, meaning, (self.at)(of));
         }
     }
 
@@ -201,8 +201,9 @@ impl Out {
     /// The tables in a table.
     pub fn tables<'k, T: 'static>(&mut self, keys: impl Keys<'k, T>, of: &mut T, path: &str) {
         for key in keys {
+            let path = join(path, key.name);
             key.field
-                .tables(self, &join(path, key.name), key.meaning, of);
+                .tables(self, &format!("[{path}]"), &path, key.meaning, of);
         }
     }
 }
@@ -334,8 +335,8 @@ impl<T> Form for Table<T> {
         schema(self.keys, defaults)
     }
 
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut T) {
-        out.head(&format!("[{path}]"), meaning);
+    fn tables(&self, out: &mut Out, head: &str, path: &str, meaning: &str, value: &mut T) {
+        out.head(head, meaning);
         out.table(self.keys, value, path);
     }
 
@@ -344,32 +345,50 @@ impl<T> Form for Table<T> {
     }
 }
 
-/// Tables, each headed `[[path]]`.
-pub struct List<T: 'static> {
-    /// The keys of an item.
-    pub keys: &'static [Key<T>],
+/// Checks an item at a path with those before it.
+pub type Check<T> = fn(&mut Reader, &Node, &str, &T, &[T]);
+
+/// Items of one form; tables are each headed `[[path]]`.
+pub struct List<F: Form> {
+    /// An item.
+    pub item: F,
     /// In words.
     pub words: &'static str,
-    /// Least number of items.
-    pub least: usize,
-    /// Largest number of items.
-    pub most: usize,
-    /// An item before its keys are read.
-    pub start: fn() -> T,
-    /// Checks an item whose keys have no problem, with those before it.
-    pub check: fn(&mut Reader, &Node, &str, &mut T, &[T]),
+    /// Least and largest number of items.
+    pub count: [usize; 2],
+    /// An item before it is read.
+    pub start: fn() -> F::Value,
+    /// Checks an item without problems, with those before it.
+    pub check: Check<F::Value>,
 }
 
-impl<T> Form for List<T> {
-    type Value = Vec<T>;
+/// A list whose items have no rules beyond their own.
+pub const fn list<F: Form>(
+    item: F,
+    words: &'static str,
+    count: [usize; 2],
+    start: fn() -> F::Value,
+) -> List<F> {
+    List {
+        item,
+        words,
+        count,
+        start,
+        check: |_, _, _, _, _| {},
+    }
+}
 
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<T>) {
+impl<F: Form> Form for List<F> {
+    type Value = Vec<F::Value>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
         into.clear();
-        for (item, path) in reader.items(node, path, self.least..=self.most, || self.allowed()) {
+        let [least, most] = self.count;
+        for (item, path) in reader.items(node, path, least..=most, || self.allowed()) {
             let (mark, mut value) = (reader.mark(), (self.start)());
-            reader.table(self.keys, item, &path, &mut value);
+            self.item.read(reader, item, &path, &mut value);
             if reader.mark() == mark {
-                (self.check)(reader, item, &path, &mut value, into);
+                (self.check)(reader, item, &path, &value, into);
                 into.push(value);
             }
         }
@@ -379,18 +398,18 @@ impl<T> Form for List<T> {
         About::new(self.words)
     }
 
-    fn schema(&self, _defaults: Option<&mut Vec<T>>) -> Json {
-        items(schema(self.keys, None), self.least, self.most)
+    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
+        items(self.item.schema(None), self.count)
     }
 
-    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Vec<T>) {
+    fn tables(&self, out: &mut Out, head: &str, path: &str, _: &str, value: &mut Self::Value) {
         for item in value {
-            out.head(&format!("[[{path}]]"), "");
-            out.table(self.keys, item, path);
+            self.item.tables(out, &format!("[{head}]"), path, "", item);
         }
     }
 
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Vec<T>) {
-        self::rows(rows, self.keys, &format!("{path}[]"), &mut (self.start)());
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Self::Value) {
+        let path = format!("{path}[]");
+        self.item.rows(rows, &path, &mut (self.start)());
     }
 }

@@ -62,7 +62,7 @@ impl Overrides {
             *node = value;
             return;
         };
-        match (step, &mut node.value) {
+        let message = match (step, &mut node.value) {
             (Step::Key(key), Value::Table(entries)) => {
                 let path = join(path, key);
                 let at = entries.iter().position(|e| e.key == *key);
@@ -78,24 +78,16 @@ impl Overrides {
                     }
                 };
                 let entry = Entry::new(key, origin, child);
-                entries.insert(at.unwrap_or(entries.len()), entry);
+                return entries.insert(at.unwrap_or(entries.len()), entry);
             }
             (Step::Index(index), Value::Array(items)) => {
-                let count = items.len();
+                let (count, inner) = (items.len(), format!("{path}[{index}]"));
                 match items.get_mut(*index) {
-                    Some(item) => {
-                        let path = format!("{path}[{index}]");
-                        self.put(reader, item, &path, rest, origin, value);
-                    }
+                    Some(item) => return self.put(reader, item, &inner, rest, origin, value),
+                    None if count == 0 => format!("found index {index}, but {path} is empty"),
                     None => {
-                        let message = match count {
-                            0 => format!("found index {index}, but {path} is empty"),
-                            _ => format!(
-                                "found index {index}, allowed: 0 to {} ({path} has {count})",
-                                count - 1
-                            ),
-                        };
-                        reader.push(Problem::at(origin, path, message));
+                        let last = count - 1;
+                        format!("found index {index}, allowed: 0 to {last} ({path} has {count})")
                     }
                 }
             }
@@ -104,13 +96,13 @@ impl Overrides {
                     Step::Key(key) => format!("the key {key}"),
                     Step::Index(index) => format!("the index {index}"),
                 };
-                let message = format!(
+                format!(
                     "found {wanted} under what is {}, allowed: keys of tables and indices of arrays",
                     node.type_name()
-                );
-                reader.push(Problem::at(origin, path, message));
+                )
             }
-        }
+        };
+        reader.push(Problem::at(origin, path, message));
     }
 }
 

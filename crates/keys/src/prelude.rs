@@ -6,7 +6,7 @@ pub use crate::form::{
     About, Array, Form, KeyReference, Maybe, Out, Plain, Word, array, dependent, did_you_mean,
     items, object, quote, quoted, read_only, word,
 };
-pub use crate::key::{self, Key, List, Table, keys, section};
+pub use crate::key::{self, Key, List, Table, keys, list, section};
 pub use crate::overrides::{Overrides, Step, steps};
 pub use crate::quantity::*;
 pub use crate::reader::{Reader, join, nearest};

@@ -1,6 +1,6 @@
 //! The posture of a robot with its wheels on blocks, and what scales would show of it there.
 
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use crate::measurements::{Accuracy, Measurements, Reading};
 use crate::statics::plate_forces;
 use robhaz_model::{GRAVITY, Posture, PostureError, Robot, Vec2, cross};
@@ -19,7 +19,7 @@ const MOST_STEPS: usize = 50;
 ///
 /// # Errors
 /// [`WeighError`]: heights that the linkage does not reach, a wheel that bears too little.
-pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], WeighError> {
+pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2]> {
     let geometry = &robot.geometry;
     let error = |[theta1, theta2]: [f64; 2]| -> Result<Vec2, PostureError> {
         let posture = Posture::close(geometry, theta1, theta2)?;
@@ -49,7 +49,7 @@ pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], WeighError
     Err(unreachable())
 }
 
-fn check(robot: &Robot, angles: [f64; 2]) -> Result<[f64; 2], WeighError> {
+fn check(robot: &Robot, angles: [f64; 2]) -> Result<[f64; 2]> {
     let (stop, opening) = (&robot.geometry.stop, angles[0] - angles[1]);
     if !(opening > stop.lower + STOP_MARGIN && opening < stop.upper - STOP_MARGIN) {
         let message = "theta_1 - theta_2 would be beyond or close to an end stop of pin Q";
@@ -74,7 +74,7 @@ pub fn simulate(
     postures: &[Blocks],
     accuracy: &Accuracy,
     mut normal: impl FnMut() -> f64,
-) -> Result<Measurements, WeighError> {
+) -> Result<Measurements> {
     let offsets = [0, 1].map(|_| accuracy.inclination_offset * normal());
     let scales = [0, 1, 2].map(|_| accuracy.draw_scale(&mut normal));
     let mut measurements = Measurements::default();

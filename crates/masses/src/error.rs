@@ -3,6 +3,9 @@
 use robhaz_model::PostureError;
 use std::fmt;
 
+/// What functions of this crate return.
+pub(crate) type Result<T, E = WeighError> = std::result::Result<T, E>;
+
 /// Why a robot cannot be weighed: what was found, what is allowed, what helps.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]

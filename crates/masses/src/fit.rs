@@ -6,10 +6,10 @@
 //! covariance R holds the scale's error, and the errors of inclinations and horizontal forces
 //! carried through the statics.
 
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use crate::loads::{self, ForceDeviation, WeighedValue};
 use crate::measurements::{Accuracy, Measurements, Reading};
-use crate::parameters::{CENTRES, PARAMETERS, Tolerances, names, values};
+use crate::parameters::{CENTRES, Covariance, PARAMETERS, Tolerances, names, values};
 use crate::prior::{Predicted, Prior, UNKNOWNS, Unknowns};
 use nalgebra::{Cholesky, Const, SMatrix, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
@@ -25,11 +25,11 @@ const MISFIT_LIMIT: f64 = 4.0;
 pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 
 /// The part of a covariance of all unknowns that is of the robot.
-pub(crate) fn of_robot(covariance: &Information) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+pub(crate) fn of_robot(covariance: &Information) -> Covariance {
     covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0).into()
 }
 
-fn cholesky(information: Information) -> Result<Cholesky<f64, Const<UNKNOWNS>>, WeighError> {
+fn cholesky(information: Information) -> Result<Cholesky<f64, Const<UNKNOWNS>>> {
     information.cholesky().ok_or_else(WeighError::not_converged)
 }
 
@@ -117,7 +117,7 @@ pub fn weigh(
     measurements: &Measurements,
     tolerances: &Tolerances,
     accuracy: &Accuracy,
-) -> Result<Weighed, WeighError> {
+) -> Result<Weighed> {
     if measurements.count() == 0 {
         let message = "there is no reading of a scale; allowed: at least one";
         return Err(WeighError::new(message));
@@ -140,7 +140,7 @@ pub fn weigh(
     Err(WeighError::not_converged())
 }
 
-fn check_stops(nominal: &Robot, readings: &[Reading]) -> Result<(), WeighError> {
+fn check_stops(nominal: &Robot, readings: &[Reading]) -> Result<()> {
     /// The stops are elastic, and inclinations have errors, rad.
     const SLACK: f64 = 0.01;
     let stop = &nominal.geometry.stop;
@@ -167,7 +167,7 @@ fn normal_equations(
     prior: &Prior<'_>,
     measurements: &Measurements,
     unknowns: &Unknowns,
-) -> Result<(Normal, Vec<Residual>), WeighError> {
+) -> Result<(Normal, Vec<Residual>)> {
     let mut normal = Normal::prior(unknowns);
     let mut residuals = Vec::new();
     for reading in &measurements.readings {
@@ -207,7 +207,7 @@ fn finish(
     unknowns: &Unknowns,
     normal: &Normal,
     residuals: &[Residual],
-) -> Result<Weighed, WeighError> {
+) -> Result<Weighed> {
     let misfit = misfit(measurements.count(), normal.sum, residuals)?;
     let robot = prior.robot(unknowns);
     check_robot(&robot).map_err(|reason| {
@@ -255,11 +255,7 @@ fn check_robot(robot: &Robot) -> Result<(), String> {
 }
 
 /// Whether the readings fit.
-pub(crate) fn misfit(
-    readings: usize,
-    sum: f64,
-    residuals: &[Residual],
-) -> Result<Misfit, WeighError> {
+pub(crate) fn misfit(readings: usize, sum: f64, residuals: &[Residual]) -> Result<Misfit> {
     // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly
     // Gaussian.
     let n = readings as f64;

@@ -6,7 +6,7 @@
 //! it.
 
 use crate::blocks::{Blocks, simulate};
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use crate::fit::{Misfit, misfit};
 use crate::measurements::{Accuracy, Measurements, Reading};
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
@@ -35,7 +35,7 @@ pub fn lateral(
     rover: &WholeRover,
     differences: &[Reading],
     accuracy: &Accuracy,
-) -> Result<Lateral, WeighError> {
+) -> Result<Lateral> {
     let mut used = Vec::new();
     let (mut information, mut right) = (0.0, 0.0);
     let mut by_scales = [Vector2::zeros(); 3];
@@ -101,7 +101,7 @@ pub fn simulate_both(
     postures: &[Blocks],
     accuracy: &Accuracy,
     mut normal: impl FnMut() -> f64,
-) -> Result<Measurements, WeighError> {
+) -> Result<Measurements> {
     // The mean of two independent errors.
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let of_mean = Accuracy {
@@ -142,11 +142,7 @@ struct Predicted {
     forces: Vector3<f64>,
 }
 
-fn predict(
-    rover: &WholeRover,
-    inclinations: [f64; 2],
-    accuracy: &Accuracy,
-) -> Result<Predicted, WeighError> {
+fn predict(rover: &WholeRover, inclinations: [f64; 2], accuracy: &Accuracy) -> Result<Predicted> {
     // Of one metre to the side: the loads are linear in it.
     let aside = WholeRover {
         body_place: 1.0,
@@ -180,7 +176,7 @@ fn predict(
 }
 
 /// The nine rows at rest on level plates, both sides with links 1 and 2 at these inclinations, rad.
-fn equilibrium(rover: &WholeRover, inclinations: [f64; 2]) -> Result<WholeEquilibrium, WeighError> {
+fn equilibrium(rover: &WholeRover, inclinations: [f64; 2]) -> Result<WholeEquilibrium> {
     let Suspension::Bogie { body } = rover.side.geometry.suspension else {
         return Err(WeighError::new(WholeError::FourBar));
     };

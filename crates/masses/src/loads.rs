@@ -6,9 +6,11 @@
 //! `F' - H_N N`, is projected on the load parameters by least squares over the postures of a drive
 //! at rest.
 
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use crate::measurements::Accuracy;
-use crate::parameters::{CENTRES, PARAMETERS, Tolerances, Values, WHEEL, values, with_values};
+use crate::parameters::{
+    CENTRES, Covariance, PARAMETERS, Tolerances, Values, WHEEL, values, with_values,
+};
 use crate::prior::{Prior, derivatives};
 use crate::statics::{imbalance, plate_forces};
 use nalgebra::{SMatrix, SVector};
@@ -76,11 +78,7 @@ pub(crate) struct Deviations {
 }
 
 impl Deviations {
-    pub fn new(
-        prior: &Prior<'_>,
-        robot: &Robot,
-        covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-    ) -> Result<Self, WeighError> {
+    pub fn new(prior: &Prior<'_>, robot: &Robot, covariance: &Covariance) -> Result<Self> {
         let projection = projection(prior, robot).map_err(WeighError::of_nominal)?;
         let by_unknowns = forces_by_unknowns(prior, robot).map_err(WeighError::of_nominal)?;
         let of_loads = projection * covariance * projection.transpose();
@@ -106,9 +104,9 @@ impl Tolerances {
     /// # Errors
     /// [`WeighError`] where a tolerance is not above 0, or the robot cannot stand in the postures
     /// of a drive.
-    pub fn loads(&self, nominal: &Robot) -> Result<LoadCovariance, WeighError> {
+    pub fn loads(&self, nominal: &Robot) -> Result<LoadCovariance> {
         let prior = Prior::new(nominal, self, &Accuracy::TYPICAL)?;
-        let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::identity();
+        let mut covariance = Covariance::identity();
         // The sum of the masses' errors, as a combination of the unknowns.
         let mut sum = Values::zeros();
         for i in 0..CENTRES {
@@ -128,8 +126,8 @@ impl Tolerances {
 fn by_parameters<const ROWS: usize>(
     prior: &Prior<'_>,
     robot: &Robot,
-    of: impl Fn(&Robot) -> Result<SVector<f64, ROWS>, WeighError>,
-) -> Result<ByParameters<ROWS>, WeighError> {
+    of: impl Fn(&Robot) -> Result<SVector<f64, ROWS>>,
+) -> Result<ByParameters<ROWS>> {
     let values = values(robot);
     derivatives(DIFFERENCE, |change: &Values| {
         let there = values + change.component_mul(&prior.deviations);
@@ -139,12 +137,9 @@ fn by_parameters<const ROWS: usize>(
 
 /// The load parameters' change for a change of each unknown: exact for masses and centres of mass,
 /// for pins the least squares over the drive's postures.
-fn projection(
-    prior: &Prior<'_>,
-    robot: &Robot,
-) -> Result<SMatrix<f64, LOAD_PARAMETERS, PARAMETERS>, WeighError> {
+fn projection(prior: &Prior<'_>, robot: &Robot) -> Result<ByParameters<LOAD_PARAMETERS>> {
     let mut normal = SMatrix::<f64, LOAD_PARAMETERS, LOAD_PARAMETERS>::zeros();
-    let mut right = SMatrix::<f64, LOAD_PARAMETERS, PARAMETERS>::zeros();
+    let mut right = ByParameters::<LOAD_PARAMETERS>::zeros();
     for angles in drive_postures(robot) {
         let arms = Arms::new(&robot.geometry, angles[0], angles[1])?;
         let columns = by_load_parameters(&arms, LEVER);
@@ -165,10 +160,7 @@ fn projection(
 
 /// Derivatives of the normal forces in the drive's postures by the unknowns over their prior
 /// deviations, at the robot's gravity.
-pub(crate) fn forces_by_unknowns(
-    prior: &Prior<'_>,
-    robot: &Robot,
-) -> Result<Vec<ByParameters<3>>, WeighError> {
+pub(crate) fn forces_by_unknowns(prior: &Prior<'_>, robot: &Robot) -> Result<Vec<ByParameters<3>>> {
     // The statics are those of the place of weighing, with 9.81 m/s^2.
     let share = robot.gravity / GRAVITY;
     let of = |angles| {
@@ -182,10 +174,7 @@ pub(crate) fn forces_by_unknowns(
 }
 
 /// The mean over wheels and postures of the variances that a covariance of the unknowns causes.
-pub(crate) fn mean_variance(
-    forces: &[ByParameters<3>],
-    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-) -> f64 {
+pub(crate) fn mean_variance(forces: &[ByParameters<3>], covariance: &Covariance) -> f64 {
     let variance = |by: &ByParameters<3>| (by * covariance * by.transpose()).trace();
     let variances = forces.iter().map(variance);
     variances.sum::<f64>() / (3 * forces.len()) as f64

@@ -1,7 +1,7 @@
 //! The unknowns: masses, centres of mass and pins, with the tolerances of nominal values as their
 //! prior.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use robhaz_model::{Bar, Pin, Pins, Robot, Suspension, Units, Vec2};
 
 /// Number of unknowns of the robot.
@@ -9,6 +9,8 @@ pub(crate) const PARAMETERS: usize = 21;
 
 /// Values of the unknowns, or their errors, in the order of [`names`].
 pub(crate) type Values = SVector<f64, PARAMETERS>;
+/// Of the parameters, in units of their deviations.
+pub(crate) type Covariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// Index of the first coordinate of a centre of mass, and of a pin.
 pub(crate) const CENTRES: usize = 5;

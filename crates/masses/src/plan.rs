@@ -5,7 +5,7 @@
 //! 2007, ch. 10). Postures are chosen one after the other, then exchanged until no exchange helps.
 
 use crate::blocks::{Blocks, posture_on};
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use crate::fit::{Information, Normal, of_robot};
 use crate::loads::{forces_by_unknowns, mean_variance};
 use crate::measurements::Accuracy;
@@ -52,7 +52,7 @@ pub fn plan(
     accuracy: &Accuracy,
     heights: &[f64],
     count: usize,
-) -> Result<Plan, WeighError> {
+) -> Result<Plan> {
     if let Some(height) = heights.iter().find(|h| !(**h > 0.0 && **h <= 1.0)) {
         return Err(WeighError::new(format!(
             "a block's height is {height} m; allowed: above 0 and at most 1 m"
@@ -89,36 +89,33 @@ pub fn plan(
 }
 
 /// Every posture on blocks that the robot can take.
-fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, WeighError> {
+fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>> {
     let all = [&[0.0], heights].concat();
+    let count = all.len();
     let mut found: Vec<Candidate> = Vec::new();
-    for front in &all {
-        for middle in &all {
-            for rear in &all {
-                let blocks = [*front, *middle, *rear];
-                // Higher blocks under all wheels are the same posture.
-                if blocks.iter().all(|h| *h > 0.0) {
-                    continue;
-                }
-                let Ok(angles) = posture_on(prior.nominal, &blocks) else {
-                    continue;
-                };
-                let Ok(predicted) = prior.predict(&Unknowns::zeros(), angles) else {
-                    continue;
-                };
-                let mut normal = Normal::prior(&Unknowns::zeros());
-                let forces: [f64; 3] = predicted.forces.into();
-                let added = normal.add(&predicted, &forces.map(Some));
-                added.ok_or_else(WeighError::not_converged)?;
-                let planned = PlannedPosture {
-                    blocks,
-                    angles,
-                    forces,
-                    after: f64::NAN,
-                };
-                found.push((planned, normal.information - Information::identity()));
-            }
+    for k in 0..count.pow(3) {
+        let blocks = [k / (count * count), k / count, k].map(|k| all[k % count]);
+        // Higher blocks under all wheels are the same posture.
+        if blocks.iter().all(|h| *h > 0.0) {
+            continue;
         }
+        let Ok(angles) = posture_on(prior.nominal, &blocks) else {
+            continue;
+        };
+        let Ok(predicted) = prior.predict(&Unknowns::zeros(), angles) else {
+            continue;
+        };
+        let mut normal = Normal::prior(&Unknowns::zeros());
+        let forces: [f64; 3] = predicted.forces.into();
+        let added = normal.add(&predicted, &forces.map(Some));
+        added.ok_or_else(WeighError::not_converged)?;
+        let planned = PlannedPosture {
+            blocks,
+            angles,
+            forces,
+            after: f64::NAN,
+        };
+        found.push((planned, normal.information - Information::identity()));
     }
     Ok(found)
 }

@@ -1,6 +1,6 @@
 //! What is known before the readings, and the forces that it predicts.
 
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use crate::measurements::Accuracy;
 use crate::parameters::{PARAMETERS, Tolerances, Values, values, with_values};
 use crate::statics::plate_forces;
@@ -29,8 +29,8 @@ pub(crate) struct Predicted {
 /// Derivatives at 0 of a function of several changes, by differences of two steps.
 pub(crate) fn derivatives<const OF: usize, const BY: usize>(
     step: f64,
-    of: impl Fn(&SVector<f64, BY>) -> Result<SVector<f64, OF>, WeighError>,
-) -> Result<SMatrix<f64, OF, BY>, WeighError> {
+    of: impl Fn(&SVector<f64, BY>) -> Result<SVector<f64, OF>>,
+) -> Result<SMatrix<f64, OF, BY>> {
     let mut found = SMatrix::<f64, OF, BY>::zeros();
     for i in 0..BY {
         let mut change = SVector::zeros();
@@ -49,11 +49,7 @@ pub(crate) struct Prior<'a> {
 }
 
 impl<'a> Prior<'a> {
-    pub fn new(
-        nominal: &'a Robot,
-        tolerances: &Tolerances,
-        accuracy: &Accuracy,
-    ) -> Result<Self, WeighError> {
+    pub fn new(nominal: &'a Robot, tolerances: &Tolerances, accuracy: &Accuracy) -> Result<Self> {
         let check = |name: &str, found: f64, allowed: &str, is_allowed: bool| match is_allowed {
             true => Ok(()),
             false => Err(WeighError::new(format!(
@@ -101,11 +97,7 @@ impl<'a> Prior<'a> {
         with_values(self.nominal, &values)
     }
 
-    fn forces(
-        &self,
-        unknowns: &Unknowns,
-        inclinations: [f64; 2],
-    ) -> Result<Vector3<f64>, WeighError> {
+    fn forces(&self, unknowns: &Unknowns, inclinations: [f64; 2]) -> Result<Vector3<f64>> {
         let offset = self.accuracy.inclination_offset;
         let angles = [0, 1].map(|i| inclinations[i] - offset * unknowns[PARAMETERS + i]);
         let forces = plate_forces(&self.robot(unknowns), angles, [0.0; 3])?;
@@ -117,11 +109,7 @@ impl<'a> Prior<'a> {
     }
 
     /// Forces of a posture that the inclinometers read as `inclinations`, rad.
-    pub fn predict(
-        &self,
-        unknowns: &Unknowns,
-        inclinations: [f64; 2],
-    ) -> Result<Predicted, WeighError> {
+    pub fn predict(&self, unknowns: &Unknowns, inclinations: [f64; 2]) -> Result<Predicted> {
         let by_unknowns = derivatives(DIFFERENCE, |change: &Unknowns| {
             self.forces(&(unknowns + change), inclinations)
         })?;

@@ -1,6 +1,6 @@
 //! Forces of a robot at rest on horizontal plates: eq. (8) with contact angles of 0.
 
-use crate::error::WeighError;
+use crate::error::{Result, WeighError};
 use nalgebra::Vector4;
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::Robot;
@@ -14,11 +14,7 @@ use robhaz_model::Robot;
 ///
 /// # Errors
 /// [`WeighError`]: a four-bar that cannot close, forces that are not determined.
-pub fn plate_forces(
-    robot: &Robot,
-    angles: [f64; 2],
-    horizontal: [f64; 3],
-) -> Result<[f64; 3], WeighError> {
+pub fn plate_forces(robot: &Robot, angles: [f64; 2], horizontal: [f64; 3]) -> Result<[f64; 3]> {
     // The rows are consistent, so that their scale, the lever of 1 m, does not matter.
     let e = equilibrium(robot, angles, 1.0)?;
     let inverse = e.least_squares().ok_or_else(WeighError::undetermined)?;
@@ -36,14 +32,14 @@ pub(crate) fn imbalance(
     angles: [f64; 2],
     forces: &[f64; 3],
     lever: f64,
-) -> Result<Vector4<f64>, WeighError> {
+) -> Result<Vector4<f64>> {
     let e = equilibrium(robot, angles, lever)?;
     let carried = e.h_n.iter().zip(forces);
     Ok(e.f - carried.map(|(column, n)| column * *n).sum::<Vector4<f64>>())
 }
 
 /// Eq. (8) at rest on level plates; moment rows over `lever`, m.
-fn equilibrium(robot: &Robot, angles: [f64; 2], lever: f64) -> Result<Equilibrium, WeighError> {
+fn equilibrium(robot: &Robot, angles: [f64; 2], lever: f64) -> Result<Equilibrium> {
     let geometry = &robot.geometry;
     let arms = Arms::new(geometry, angles[0], angles[1])?;
     let loads = Loads::at_rest(&robot.mass.true_points());

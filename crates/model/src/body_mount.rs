@@ -16,16 +16,18 @@ pub struct BodyReading {
     pub wheels: [Option<f64>; 3],
 }
 
-/// What the sensors on links 1 and 2 would read.
+/// Readings of the inclinometer and the rate gyroscope on one link; `None` where a reading is
+/// missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LinkReadings {
-    /// Turns from the nominal pose, rad, counter-clockwise.
-    pub inclination: [Option<f64>; 2],
-    /// Angular rates, rad/s, counter-clockwise.
-    pub rate: [Option<f64>; 2],
-    /// Standard deviations of the rates beyond the noise of the body's gyroscope, rad/s: what the
-    /// pin's rate errs by.
-    pub rate_error: [f64; 2],
+pub struct LinkReading {
+    /// Turn from the nominal pose, rad, counter-clockwise.
+    pub inclination: Option<f64>,
+    /// Angular rate, rad/s, counter-clockwise.
+    pub rate: Option<f64>,
+    /// Standard deviation of the rate beyond the noise of a gyroscope, rad/s: of a rate that follows
+    /// from the angle of a joint, as [`BodyMount`] gives it. 0 of a gyroscope on the
+    /// link.
+    pub rate_error: f64,
 }
 
 /// The angle of pin Q gives the shape of the linkage, and with it the angle of each link against
@@ -67,32 +69,31 @@ impl BodyMount {
     ///
     /// A reading of the pin that jumps counts as missing until the next one confirms it, so that a
     /// single wrong reading changes nothing.
-    pub fn links(&mut self, time: f64, reading: &BodyReading) -> LinkReadings {
+    pub fn links(&mut self, time: f64, reading: &BodyReading) -> [LinkReading; 2] {
         let Some((opening, rate)) = self.pin.update(time, reading.pin, &reading.wheels) else {
             return self.without_pin(reading);
         };
         let Ok(posture) = Posture::close(&self.geometry, opening, 0.0) else {
-            return LinkReadings::default();
+            return Default::default();
         };
         // With link 2 at rest link 1 turns as the pin, and the body with them.
         let [share, ..] = posture.rates(&self.geometry, 1.0, 0.0);
         let (body, error) = (share * rate, self.pin.rate_error());
-        let inclination = reading.inclination.map(|angle| angle - posture.body);
-        let turning = reading.rate.map(|of_body| of_body - body);
-        LinkReadings {
-            inclination: [inclination.map(|angle| angle + opening), inclination],
-            rate: [turning.map(|of_link2| of_link2 + rate), turning],
-            rate_error: [1.0 - share, share].map(|share| libm::fabs(share) * error),
-        }
+        // Angle and rate of each link beyond those of link 2, and its part in an error of the pin's rate.
+        let links = [(opening, rate, 1.0 - share), (0.0, 0.0, share)];
+        links.map(|(angle, rate, share)| LinkReading {
+            inclination: (reading.inclination).map(|of_body| of_body - posture.body + angle),
+            rate: reading.rate.map(|of_body| of_body - body + rate),
+            rate_error: libm::fabs(share) * error,
+        })
     }
 
-    fn without_pin(&self, reading: &BodyReading) -> LinkReadings {
-        let mut found = LinkReadings::default();
-        if let Suspension::Bogie { body } = self.geometry.suspension {
-            let links = found.inclination.iter_mut().zip(&mut found.rate);
-            if let Some((inclination, rate)) = links.into_iter().nth(body.index()) {
-                (*inclination, *rate) = (reading.inclination, reading.rate);
-            }
+    fn without_pin(&self, reading: &BodyReading) -> [LinkReading; 2] {
+        let mut found = [LinkReading::default(); 2];
+        if let Suspension::Bogie { body } = self.geometry.suspension
+            && let Some(link) = found.get_mut(body.index())
+        {
+            (link.inclination, link.rate) = (reading.inclination, reading.rate);
         }
         found
     }
@@ -129,7 +130,11 @@ mod tests {
                 };
                 let found = mount.links(t, &reading);
                 for i in 0..2 {
-                    let (angle, rate) = (found.inclination[i], found.rate[i]);
+                    let LinkReading {
+                        inclination: angle,
+                        rate,
+                        ..
+                    } = found[i];
                     assert!((angle.expect("a reading") - theta[i]).abs() < 1e-12);
                     let error = rate.expect("a reading") - rates[i];
                     assert!(t < 4.0 || error.abs() < 1e-6, "{error}");
@@ -158,16 +163,17 @@ mod tests {
                 ..reading
             };
             let [a, b] = [each.links(t, &reading), slow.links(t, &few)];
-            let [a, b] = [a, b].map(|found| found.rate[1].expect("a reading"));
+            let [a, b] = [a, b].map(|found| found[1].rate.expect("a reading"));
             assert!(k < 2000 || (a - b).abs() < 1e-4, "{a} {b}");
         }
         let found = slow.links(4.001, &BodyReading::default());
-        assert_eq!(found, LinkReadings::default());
+        assert_eq!(found, [LinkReading::default(); 2]);
         let body = BodyReading {
             inclination: Some(0.1),
             ..BodyReading::default()
         };
-        assert_eq!(slow.links(4.002, &body).inclination, [Some(0.1), None]);
+        let found = slow.links(4.002, &body).map(|link| link.inclination);
+        assert_eq!(found, [Some(0.1), None]);
     }
 
     /// Equivalence: behind a single wrong reading of the pin, or of an encoder, the links are those of
@@ -176,7 +182,7 @@ mod tests {
     fn a_single_wrong_reading_changes_nothing() {
         let run = |pin: fn(u32) -> f64, wheel: fn(u32) -> f64| {
             let mut mount = BodyMount::new(&Geometry::a(), 2e-3);
-            let mut links = [LinkReadings::default(); 100];
+            let mut links = [[LinkReading::default(); 2]; 100];
             for (k, links) in (0..).zip(&mut links) {
                 let t = 1e-2 * f64::from(k);
                 let reading = BodyReading {
@@ -191,23 +197,28 @@ mod tests {
         };
         let clean = run(|_| 0.0, |_| 0.0);
         let spike = run(|k| if k == 50 { -0.26 } else { 0.0 }, |_| 0.0);
-        assert_eq!(spike[50], LinkReadings::default());
+        let angles = |links: [LinkReading; 2]| links.map(|link| link.inclination);
+        assert_eq!(spike[50], [LinkReading::default(); 2]);
         assert_eq!(
-            (&spike[..50], spike[52].inclination),
-            (&clean[..50], clean[52].inclination)
+            (&spike[..50], angles(spike[52])),
+            (&clean[..50], angles(clean[52]))
         );
         for (found, expected) in spike[51..].iter().zip(&clean[51..]) {
-            for (found, expected) in found.rate.iter().zip(&expected.rate) {
-                let error = found.zip(*expected).map(|(a, b)| a - b).expect("rates");
+            for (found, expected) in found.iter().zip(expected) {
+                let error = found
+                    .rate
+                    .zip(expected.rate)
+                    .map(|(a, b)| a - b)
+                    .expect("rates");
                 // A tenth of the rate that the pin has: one reading less.
                 assert!(error.abs() < 2e-3, "{error}");
             }
         }
         let turned = run(|_| 0.0, |k| if k == 50 { 3.0 } else { 0.0 });
-        assert_eq!(turned[99].inclination, clean[99].inclination);
+        assert_eq!(angles(turned[99]), angles(clean[99]));
         let step = run(|k| if k < 50 { 0.0 } else { 0.3 }, |_| 0.0);
-        assert_eq!(step[50], LinkReadings::default());
-        assert!(step[51].inclination.iter().all(Option::is_some));
+        assert_eq!(step[50], [LinkReading::default(); 2]);
+        assert!(angles(step[51]).iter().all(Option::is_some));
     }
 
     /// Missing readings: without the pin's a four-bar has none; without the body's inclination it
@@ -220,13 +231,20 @@ mod tests {
             rate: Some(0.0),
             ..BodyReading::default()
         };
-        assert_eq!(mount.links(0.0, &reading), LinkReadings::default());
+        assert_eq!(mount.links(0.0, &reading), [LinkReading::default(); 2]);
         reading.pin = Some(0.05);
         let whole = mount.links(0.001, &reading);
-        assert!(whole.inclination.iter().all(Option::is_some));
-        assert_eq!(whole.rate, [Some(0.0); 2]);
+        assert!(
+            whole
+                .iter()
+                .all(|link| link.inclination.is_some() && link.rate == Some(0.0))
+        );
         reading.inclination = None;
         let rates = mount.links(0.002, &reading);
-        assert!(rates.inclination == [None; 2] && rates.rate.iter().all(Option::is_some));
+        assert!(
+            rates
+                .iter()
+                .all(|link| link.inclination.is_none() && link.rate.is_some())
+        );
     }
 }

@@ -223,81 +223,58 @@ pub struct Geometry {
 }
 
 /// Reason why a geometry is refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GeometryError {
     /// The wheel's radius is not a positive number.
+    #[error("the wheel radius is {0} m; it must be above 0")]
     WheelRadius(f64),
     /// A coordinate is not finite.
+    #[error("a coordinate is not a finite number")]
     NotFinite,
     /// Two neighbouring pins coincide, so that a bar of the loop has no length.
+    #[error("the pins of {} coincide", .0.name())]
     ZeroBar(Bar),
     /// P lies on the line RS in the nominal pose, where matrix C of eq. (6) is singular.
+    #[error(
+        "pin P lies on the line through R and S, where the statics of body and link3 are singular"
+    )]
     POnLineRs,
     /// Wheels are not ordered from front to rear.
+    #[error("axles must be ordered front, middle, rear (x decreasing)")]
     WheelOrder,
     /// Link 1 or link 2 carries no wheel.
+    #[error("{} carries no wheel", .0.bar().name())]
     UnusedCarrier(Carrier),
     /// The nominal pose is not between the stops: it needs `lower < 0 < upper`.
+    #[error("the stops must leave the nominal pose free: lower < 0 < upper")]
     Stop,
 }
-
-impl core::fmt::Display for GeometryError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::WheelRadius(r) => write!(f, "the wheel radius is {r} m; it must be above 0"),
-            Self::NotFinite => write!(f, "a coordinate is not a finite number"),
-            Self::ZeroBar(bar) => write!(f, "the pins of {} coincide", bar.name()),
-            Self::POnLineRs => write!(
-                f,
-                "pin P lies on the line through R and S, where the statics of body and link3 are singular"
-            ),
-            Self::WheelOrder => write!(
-                f,
-                "axles must be ordered front, middle, rear (x decreasing)"
-            ),
-            Self::UnusedCarrier(c) => write!(f, "{} carries no wheel", c.bar().name()),
-            Self::Stop => write!(
-                f,
-                "the stops must leave the nominal pose free: lower < 0 < upper"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for GeometryError {}
 
 impl Geometry {
     /// Geometry A, the default: wheel 1 on link 1; wheels 2 and 3 on link 2. The dimensions are
     /// derived, not published.
     pub fn a() -> Self {
+        let pins = [[0.15, 0.22], [-0.05, 0.14], [-0.25, 0.16], [-0.25, 0.26]];
         Self::with_mean_link_cgs(
             [Carrier::Link1, Carrier::Link2, Carrier::Link2],
-            Pins {
-                p: Vec2::new(0.15, 0.22),
-                q: Vec2::new(-0.05, 0.14),
-                r: Vec2::new(-0.25, 0.16),
-                s: Vec2::new(-0.25, 0.26),
-            },
-            Vec2::new(0.03, 0.30),
+            pins,
+            [0.03, 0.30],
         )
     }
 
     /// Geometry B: wheels 1 and 2 on link 1; wheel 3 on link 2. The dimensions are derived, not
     /// published.
     pub fn b() -> Self {
+        let pins = [[0.25, 0.22], [0.10, 0.14], [-0.10, 0.16], [-0.10, 0.26]];
         Self::with_mean_link_cgs(
             [Carrier::Link1, Carrier::Link1, Carrier::Link2],
-            Pins {
-                p: Vec2::new(0.25, 0.22),
-                q: Vec2::new(0.10, 0.14),
-                r: Vec2::new(-0.10, 0.16),
-                s: Vec2::new(-0.10, 0.26),
-            },
-            Vec2::new(0.0, 0.30),
+            pins,
+            [0.0, 0.30],
         )
     }
 
-    fn with_mean_link_cgs(carriers: [Carrier; 3], pins: Pins, body_cg: Vec2) -> Self {
+    fn with_mean_link_cgs(carriers: [Carrier; 3], pins: [[f64; 2]; 4], body_cg: [f64; 2]) -> Self {
+        let ([p, q, r, s], body_cg) = (pins.map(Vec2::from), Vec2::from(body_cg));
         let axles = [0.30, 0.0, -0.30].map(|x| Vec2::new(x, 0.10));
         let mut geometry = Self {
             wheel_radius: 0.10,
@@ -306,7 +283,7 @@ impl Geometry {
             axles,
             carriers,
             suspension: Suspension::FourBar,
-            pins,
+            pins: Pins { p, q, r, s },
             body_cg,
             stop: PinStop::standard(),
         };
@@ -411,15 +388,12 @@ impl Geometry {
     /// axles that it carries. Link 3 of a bogie, which has no mass, has that of the body.
     pub fn mean_link_cgs(&self) -> [Vec2; 3] {
         Bar::LINKS.map(|link| {
-            let (mut sum, mut count) = (Vec2::zeros(), 0.0);
-            for point in self.joints(link) {
-                sum += point;
-                count += 1.0;
-            }
-            if count > 0.0 {
-                sum / count
-            } else {
-                self.body_cg
+            let points = self.joints(link);
+            let add = |(sum, count), point| (sum + point, count + 1.0);
+            let (sum, count) = points.fold((Vec2::zeros(), 0.0), add);
+            match count > 0.0 {
+                true => sum / count,
+                false => self.body_cg,
             }
         })
     }

@@ -35,14 +35,14 @@ mod stance;
 mod units;
 mod whole_rover;
 
-pub use body_mount::{BodyMount, BodyReading, LinkReadings};
+pub use body_mount::{BodyMount, BodyReading, LinkReading};
 pub use command::WheelCommand;
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, Suspension};
 pub use mass::{MassError, MassSet, PointMasses};
 pub use outline::Outline;
 pub use path_angle::PathAngle;
 pub use plane::{cross, direction, perp, rotate, turned};
-pub use posture::{Dyad, Posture, PostureError, corner_s};
+pub use posture::{Dyad, Posture, PostureError};
 pub use stance::StanceError;
 pub use units::Units;
 pub use whole_rover::{Coupling, LoadShift, WholeRover, WholeRoverError};
@@ -89,6 +89,14 @@ pub fn sqrt(x: f64) -> f64 {
 #[inline]
 pub fn low_pass_share(dt: f64, time: f64) -> f64 {
     dt / (time + dt)
+}
+
+/// `height` times the quintic from 0 at u = 0 to 1 at u = 1 whose first two derivatives are zero at
+/// both ends.
+#[must_use]
+#[inline]
+pub fn quintic(height: f64, u: f64) -> f64 {
+    height * u * u * u * (10.0 + u * (-15.0 + 6.0 * u))
 }
 
 impl Robot {

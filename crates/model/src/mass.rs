@@ -25,25 +25,14 @@ pub struct MassSet {
 }
 
 /// Reason why a mass set is refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{entry} is {found}; it must be a finite number above 0")]
 pub struct MassError {
     /// Name of the invalid entry.
     pub entry: &'static str,
     /// Its value.
     pub found: f64,
 }
-
-impl core::fmt::Display for MassError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(
-            f,
-            "{} is {}; it must be a finite number above 0",
-            self.entry, self.found
-        )
-    }
-}
-
-impl core::error::Error for MassError {}
 
 impl MassSet {
     /// Rotor inertia at the wheel: 135 g cm^2 through the 80:1 gear, kg m^2.

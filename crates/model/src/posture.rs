@@ -15,7 +15,10 @@ pub struct Posture {
 
 /// The four-bar cannot close at the given angles of links 1 and 2: body and link 3 do not reach
 /// from P to R.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the four-bar cannot close: P and R are {pr:.4} m apart, body and link3 span {least:.4} to {greatest:.4} m"
+)]
 pub struct PostureError {
     /// Distance between P and R at these angles, m.
     pub pr: f64,
@@ -23,26 +26,6 @@ pub struct PostureError {
     pub least: f64,
     /// Greatest distance that body and link 3 can span, m.
     pub greatest: f64,
-}
-
-impl core::fmt::Display for PostureError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(
-            f,
-            "the four-bar cannot close: P and R are {:.4} m apart, body and link3 span {:.4} to {:.4} m",
-            self.pr, self.least, self.greatest
-        )
-    }
-}
-
-impl core::error::Error for PostureError {}
-
-/// Position of S (m) from the positions of P and R (m): [`Dyad::s`].
-///
-/// # Errors
-/// As [`Dyad::s`].
-pub fn corner_s(geometry: &Geometry, p: Vec2, r: Vec2) -> Result<Vec2, PostureError> {
-    Dyad::new(geometry).s(p, r)
 }
 
 /// The dyad of body and link 3: two bars that are joined in S and end in P and R.
@@ -104,16 +87,10 @@ impl Dyad {
 }
 
 impl Posture {
-    /// The nominal pose.
-    pub const NOMINAL: Self = Self {
-        body: 0.0,
-        links: [0.0; 3],
-    };
-
     /// Closes the four-bar at given angles of link 1 and link 2, rad: the position analysis of Fig.
     /// 5.
     ///
-    /// Relative to Q, the two links determine P and R; [`corner_s`] gives S.
+    /// Relative to Q, the two links determine P and R; [`Dyad::s`] gives S.
     ///
     /// # Errors
     /// [`PostureError`] where the triangle does not exist, or an angle is not finite.
@@ -121,7 +98,7 @@ impl Posture {
         let pins = &geometry.pins;
         let p = rotate(pins.p - pins.q, theta1);
         let r = rotate(pins.r - pins.q, theta2);
-        let s = corner_s(geometry, p, r)?;
+        let s = Dyad::new(geometry).s(p, r)?;
         let turn = |from: Vec2, to: Vec2| libm::atan2(cross(from, to), from.dot(&to));
         Ok(Self {
             body: turn(pins.s - pins.p, s - p),

@@ -8,9 +8,15 @@ use nalgebra::{Matrix3, Vector3};
 const WHEELS: [&str; 3] = ["front", "middle", "rear"];
 
 /// Reason why a robot cannot stand on level ground in its nominal pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum StanceError {
     /// A wheel and the next one overlap.
+    #[error(
+        "the {} and the {} wheel overlap: their axles are {distance:.4} m apart; allowed: at least twice the wheel radius, {:.4} m",
+        WHEELS[*wheel],
+        WHEELS[wheel + 1],
+        2.0 * radius
+    )]
     WheelsOverlap {
         /// Index of the front one of the two, 0 or 1.
         wheel: usize,
@@ -20,6 +26,9 @@ pub enum StanceError {
         radius: f64,
     },
     /// A pin is not above the ground.
+    #[error(
+        "pin {pin:?} is not above the ground: its y is {height} m; allowed: above 0, where the wheels stand"
+    )]
     PinBelowGround {
         /// The pin.
         pin: Pin,
@@ -27,6 +36,10 @@ pub enum StanceError {
         height: f64,
     },
     /// A bar's centre of mass is not above the ground.
+    #[error(
+        "the centre of mass of {} is not above the ground: its y is {height} m; allowed: above 0, where the wheels stand",
+        bar.name()
+    )]
     CentreBelowGround {
         /// The bar.
         bar: Bar,
@@ -34,6 +47,10 @@ pub enum StanceError {
         height: f64,
     },
     /// The robot's centre of mass is ahead of the front axle.
+    #[error(
+        "the robot tips forward: its centre of mass is {:.0} mm ahead of the front wheel (axle at x = {axle} m); allowed: between the axles of the rear and the front wheel",
+        (1e3 * by).max(1.0)
+    )]
     TipsForward {
         /// Distance in x by which it is ahead, m.
         by: f64,
@@ -41,6 +58,10 @@ pub enum StanceError {
         axle: f64,
     },
     /// The robot's centre of mass is behind the rear axle.
+    #[error(
+        "the robot tips backward: its centre of mass is {:.0} mm behind the rear wheel (axle at x = {axle} m); allowed: between the axles of the rear and the front wheel",
+        (1e3 * by).max(1.0)
+    )]
     TipsBackward {
         /// Distance in x by which it is behind, m.
         by: f64,
@@ -48,6 +69,10 @@ pub enum StanceError {
         axle: f64,
     },
     /// Equilibrium needs a negative or zero normal force at a wheel: the linkage folds.
+    #[error(
+        "the linkage folds: on level ground the static normal force of the {} wheel would be {load:.2} N; allowed: above 0 at every wheel",
+        WHEELS[*wheel]
+    )]
     Folds {
         /// Index of the wheel.
         wheel: usize,
@@ -55,57 +80,11 @@ pub enum StanceError {
         load: f64,
     },
     /// The static loads are not determined: a link's only axle is at the x of pin Q.
+    #[error(
+        "the static wheel loads are not determined: the only axle of a link is at the x of pin Q; allowed: ahead of it or behind it"
+    )]
     Undetermined,
 }
-
-impl core::fmt::Display for StanceError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        const FROM: &str = "allowed: between the axles of the rear and the front wheel";
-        match *self {
-            Self::WheelsOverlap {
-                wheel,
-                distance,
-                radius,
-            } => write!(
-                f,
-                "the {} and the {} wheel overlap: their axles are {distance:.4} m apart; allowed: at least twice the wheel radius, {:.4} m",
-                WHEELS[wheel],
-                WHEELS[wheel + 1],
-                2.0 * radius
-            ),
-            Self::PinBelowGround { pin, height } => write!(
-                f,
-                "pin {pin:?} is not above the ground: its y is {height} m; allowed: above 0, where the wheels stand"
-            ),
-            Self::CentreBelowGround { bar, height } => write!(
-                f,
-                "the centre of mass of {} is not above the ground: its y is {height} m; allowed: above 0, where the wheels stand",
-                bar.name()
-            ),
-            Self::TipsForward { by, axle } => write!(
-                f,
-                "the robot tips forward: its centre of mass is {:.0} mm ahead of the front wheel (axle at x = {axle} m); {FROM}",
-                (1e3 * by).max(1.0)
-            ),
-            Self::TipsBackward { by, axle } => write!(
-                f,
-                "the robot tips backward: its centre of mass is {:.0} mm behind the rear wheel (axle at x = {axle} m); {FROM}",
-                (1e3 * by).max(1.0)
-            ),
-            Self::Folds { wheel, load } => write!(
-                f,
-                "the linkage folds: on level ground the static normal force of the {} wheel would be {load:.2} N; allowed: above 0 at every wheel",
-                WHEELS[wheel]
-            ),
-            Self::Undetermined => write!(
-                f,
-                "the static wheel loads are not determined: the only axle of a link is at the x of pin Q; allowed: ahead of it or behind it"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for StanceError {}
 
 impl Geometry {
     /// Checks, in the nominal pose, that wheels do not overlap and that pins and centres of mass
@@ -197,16 +176,12 @@ impl Robot {
         self.geometry.check_clearance()?;
         let (centre, [front, _, rear]) = (self.centre_of_mass(), self.geometry.axles);
         if centre.x >= front.x {
-            return Err(StanceError::TipsForward {
-                by: centre.x - front.x,
-                axle: front.x,
-            });
+            let (by, axle) = (centre.x - front.x, front.x);
+            return Err(StanceError::TipsForward { by, axle });
         }
         if centre.x <= rear.x {
-            return Err(StanceError::TipsBackward {
-                by: rear.x - centre.x,
-                axle: rear.x,
-            });
+            let (by, axle) = (rear.x - centre.x, rear.x);
+            return Err(StanceError::TipsBackward { by, axle });
         }
         let loads = self.static_loads().ok_or(StanceError::Undetermined)?;
         match loads.iter().enumerate().find(|(_, load)| **load <= 0.0) {

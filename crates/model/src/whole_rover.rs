@@ -81,11 +81,17 @@ impl LoadShift {
 }
 
 /// Reason why a rover is refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum WholeRoverError {
     /// The side is a four-bar. How two of them share the body's moment is left to tyres and frame.
+    #[error(
+        "the side is a four-bar; allowed: a rocker-bogie or triple bogie (suspension kind \"bogie\")"
+    )]
     FourBar,
     /// An entry is not finite, a distance not above 0, or an inertia below 0.
+    #[error(
+        "{entry} is {found}; allowed: a finite number, for a half track above 0, for an inertia at least 0, for limits of the coupling below and above 0"
+    )]
     Entry {
         /// Its name.
         entry: &'static str,
@@ -93,23 +99,6 @@ pub enum WholeRoverError {
         found: f64,
     },
 }
-
-impl core::fmt::Display for WholeRoverError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::FourBar => write!(
-                f,
-                "the side is a four-bar; allowed: a rocker-bogie or triple bogie (suspension kind \"bogie\")"
-            ),
-            Self::Entry { entry, found } => write!(
-                f,
-                "{entry} is {found}; allowed: a finite number, for a half track above 0, for an inertia at least 0, for limits of the coupling below and above 0"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for WholeRoverError {}
 
 impl WholeRover {
     /// Limits that no coupling reaches, rad.
@@ -123,40 +112,37 @@ impl WholeRover {
         if self.side.geometry.suspension == Suspension::FourBar {
             return Err(WholeRoverError::FourBar);
         }
-        let at = |entry, found: f64, allowed: bool| {
-            if allowed && found.is_finite() {
-                Ok(())
-            } else {
-                Err(WholeRoverError::Entry { entry, found })
-            }
-        };
-        for found in self.half_tracks {
-            at("half_tracks", found, found > 0.0)?;
+        let ([a, b, c], [lower, upper]) = (self.half_tracks, self.coupling_stop);
+        let [[roll1, yaw1], [roll2, yaw2]] = self.link_inertias;
+        let [roll, yaw] = self.body_inertia;
+        let entries = [
+            ("half_tracks", a, a > 0.0),
+            ("half_tracks", b, b > 0.0),
+            ("half_tracks", c, c > 0.0),
+            ("pivot.x", self.pivot.x, true),
+            ("pivot.y", self.pivot.y, true),
+            ("link_places[0]", self.link_places[0], true),
+            ("link_places[1]", self.link_places[1], true),
+            ("body_place", self.body_place, true),
+            ("coupling_stop[0]", lower, lower < 0.0),
+            ("coupling_stop[1]", upper, upper > 0.0),
+            ("body_inertia", roll, roll >= 0.0),
+            ("body_inertia", yaw, yaw >= 0.0),
+            ("link_inertias[0]", roll1, roll1 >= 0.0),
+            ("link_inertias[0]", yaw1, yaw1 >= 0.0),
+            ("link_inertias[1]", roll2, roll2 >= 0.0),
+            ("link_inertias[1]", yaw2, yaw2 >= 0.0),
+            (
+                "wheel_inertia",
+                self.wheel_inertia,
+                self.wheel_inertia >= 0.0,
+            ),
+        ];
+        let is_refused = |(_, found, allowed): &(_, f64, bool)| !(*allowed && found.is_finite());
+        match entries.into_iter().find(is_refused) {
+            Some((entry, found, _)) => Err(WholeRoverError::Entry { entry, found }),
+            None => Ok(()),
         }
-        for (entry, found) in [
-            ("pivot.x", self.pivot.x),
-            ("pivot.y", self.pivot.y),
-            ("link_places[0]", self.link_places[0]),
-            ("link_places[1]", self.link_places[1]),
-            ("body_place", self.body_place),
-        ] {
-            at(entry, found, true)?;
-        }
-        let [lower, upper] = self.coupling_stop;
-        at("coupling_stop[0]", lower, lower < 0.0)?;
-        at("coupling_stop[1]", upper, upper > 0.0)?;
-        let [link1, link2] = self.link_inertias;
-        for (entry, inertias) in [
-            ("body_inertia", self.body_inertia),
-            ("link_inertias[0]", link1),
-            ("link_inertias[1]", link2),
-            ("wheel_inertia", [self.wheel_inertia; 2]),
-        ] {
-            for found in inertias {
-                at(entry, found, found >= 0.0)?;
-            }
-        }
-        Ok(())
     }
 
     /// Place of O ahead of the middle axles, m: steered about these, a rover turns in O by as much sideways.

@@ -3,7 +3,7 @@
 use crate::both::BothSides;
 use crate::error::{Result, RunError};
 use crate::log_report::LogReport;
-use robhaz_estimator::{LinkReading, SensorFrame};
+use robhaz_estimator::SensorFrame;
 use robhaz_model::WheelCommand;
 use robhaz_scene::{PlantFailure, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
@@ -131,17 +131,13 @@ impl Source for Simulation {
 /// The readings of the simulated sensors as the estimators take them. This is the only bridge
 /// between simulator and estimators.
 pub fn sensor_frame(readings: &Readings) -> SensorFrame {
-    let link = |i: usize| LinkReading {
-        inclination: readings.inclination[i],
-        rate: readings.rate[i],
-        rate_error: readings.rate_error[i],
-    };
+    let [link1, link2] = readings.links;
     SensorFrame {
         time: readings.time,
         wheel_angle: readings.wheel_angle,
         motor_torque: readings.motor_torque,
-        link1: link(0),
-        link2: link(1),
+        link1,
+        link2,
         contact_angle: readings.contact_angle,
     }
 }

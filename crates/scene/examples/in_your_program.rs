@@ -80,7 +80,7 @@ fn with_a_sensor_in_the_body(
             pin: Some(0.0), // theta_1 - theta_2
             wheels: frame.wheel_angle,
         };
-        [frame.link1, frame.link2] = LinkReading::of(&mount.links(frame.time, &body));
+        [frame.link1, frame.link2] = mount.links(frame.time, &body);
         estimator.update(&frame)?;
     }
     Ok(())

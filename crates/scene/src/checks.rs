@@ -124,7 +124,7 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
         found.push(conflict([start, valued("record.duration", duration)], rule));
     }
     let (rate, robot) = (control.friction_test.rate, &scene.robot.robot);
-    let fastest = FrictionTestPlan::fastest_rate(robot);
+    let fastest = FrictionTestPlan::FASTEST * FrictionTestPlan::unit_rate(robot);
     if rate > fastest {
         let rate = valued("drive.friction_test.rate", rate);
         let most = floor(fastest);
@@ -239,7 +239,7 @@ fn beyond(scene: &Scene, mut keys: Vec<Value>, rule: String) -> Conflict {
 
 /// The keys that make friction or rolling resistance stiff, the longest step (s), and the reason.
 fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
-    let (law, rolling, robot) = (&scene.friction, &scene.rolling, &scene.robot.robot);
+    let (law, robot) = (&scene.friction, &scene.robot.robot);
     let is_chosen = law.kind != FrictionKind::default();
     let kind = is_chosen.then(|| named("contact.friction", law.kind.name()));
     let parameters = law.kind.parameters().iter();
@@ -250,9 +250,9 @@ fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
         false => 1.0,
     };
     let load = 2.0 * robot.mean_wheel_load();
-    let longest = parts * longest_step_for_friction(law, rolling, robot, load);
-    if rolling_is_stiffer(law, rolling, robot) {
-        let key = valued("contact.rolling_resistance", rolling.coefficient);
+    let longest = parts * longest_step_for_friction(law, robot, load);
+    if rolling_is_stiffer(law, robot) {
+        let key = valued("contact.rolling_resistance", law.rolling);
         let why = "the moment's slope at standstill against wheel and rotor";
         return (vec![key], longest, why);
     }

@@ -42,7 +42,7 @@ keys! {
     slip_stiffness: number(NONE, above(0.0).at_most(1000.0)) => friction.slip_stiffness;
 
     /// coefficient f_r of the rolling resistance: a moment f_r r N against the rolling
-    rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => rolling.coefficient;
+    rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => friction.rolling;
 }
 
 /// The chosen friction law with its defaults. It is needed before all other keys. An unknown word

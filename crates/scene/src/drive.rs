@@ -54,11 +54,10 @@ keys! {
 
     /// times in which single wheels have another set speed; those of one wheel must not overlap
     scaling ("none"): List {
-        keys: SCALING,
+        item: section(SCALING),
         words: "up to 100 tables, each headed [[drive.scaling]]",
-        least: 0,
         // Each evaluation of the drive looks them up.
-        most: 100,
+        count: [0, 100],
         start: || SpeedScaling { wheels: [false; 3], from: 0.0, to: 0.0, factor: 1.0 },
         check: |reader, node, path, scaling, others| {
             if let Err((key, rule)) = checked(scaling, others) {
@@ -169,7 +168,8 @@ pub(crate) fn choose_rate(root: &Node, scene: &mut Scene) {
     let control = &mut scene.control;
     if control.kind == ControlKind::FrictionTest && root.find("drive.friction_test.rate").is_none()
     {
-        control.friction_test.rate = FrictionTestPlan::usual_rate(&scene.robot.robot);
+        let unit = FrictionTestPlan::unit_rate(&scene.robot.robot);
+        control.friction_test.rate = FrictionTestPlan::RATE * unit;
     }
 }
 

@@ -6,7 +6,6 @@ use robhaz_estimator::{
 use robhaz_keys::prelude::*;
 use robhaz_model::named;
 use serde_json::Value as Json;
-use std::path::PathBuf;
 
 /// Key of the list of estimators.
 pub(crate) const PATH: &str = "estimator";
@@ -36,17 +35,15 @@ pub(crate) const PRESETS: [Preset; 4] = [
 ];
 
 /// The values of the keys of one estimator, those of both methods: a file may name keys in any
-/// order. [`Keys::settings`] turns them into settings, which hold one method only.
+/// order. [`Keys::choice`] makes settings of them, which hold one method only.
 #[derive(Clone, Debug)]
 pub(crate) struct Keys {
     preset: Preset,
-    label: String,
     filters: Filters,
     paper: PaperMethod,
     kalman: KalmanMethod,
-    damping: Option<f64>,
     /// All but the method.
-    settings: EstimatorSettings,
+    choice: EstimatorChoice,
 }
 
 named! {
@@ -61,32 +58,31 @@ named! {
 }
 
 impl Keys {
-    /// The keys that give these settings. Those of the other method are at their defaults.
-    pub fn of(label: &str, settings: &EstimatorSettings) -> Self {
-        let (filters, paper, kalman) = match settings.method {
+    /// The keys that give this estimator. Those of the other method are at their defaults.
+    fn of(choice: EstimatorChoice) -> Self {
+        let (filters, paper, kalman) = match choice.settings.method {
             Method::Paper(paper) => (Filters::Paper, paper, KalmanMethod::FILTERS_ONLY),
             Method::Kalman(kalman) => (Filters::Kalman, PaperMethod::DEFAULT, kalman),
         };
         Self {
-            preset: preset_of(settings),
-            label: label.to_owned(),
+            preset: preset_of(&choice.settings),
             filters,
             paper,
             kalman,
-            damping: None,
-            settings: *settings,
+            choice,
         }
     }
 
-    fn settings(&self) -> EstimatorSettings {
-        EstimatorSettings {
-            method: match self.filters {
-                Filters::Paper => Method::Paper(self.paper),
-                Filters::Kalman => Method::Kalman(self.kalman),
-            },
-            viscous_damping: self.damping.unwrap_or(self.settings.viscous_damping),
-            ..self.settings
+    fn choice(self) -> EstimatorChoice {
+        let mut choice = self.choice;
+        choice.settings.method = match self.filters {
+            Filters::Paper => Method::Paper(self.paper),
+            Filters::Kalman => Method::Kalman(self.kalman),
+        };
+        if let Some(damping) = choice.damping {
+            choice.settings.viscous_damping = damping;
         }
+        choice
     }
 }
 
@@ -99,7 +95,7 @@ keys! {
     name (required): word(&PRESETS, |preset| preset.0) => preset;
 
     /// unique name in tables, figures and file names
-    label ("its name"): NAME => label;
+    label ("its name"): NAME => choice.name;
 
     /// pole omega_c of the traction observer, eq. (3); needs filters = "paper"
     observer_pole: number(ANGULAR_FREQUENCY, above(0.0).at_most(1e6)) => paper.observer_pole;
@@ -109,16 +105,16 @@ keys! {
     crossover_time: number(TIME, above(0.0).at_most(1e6)) => paper.crossover_time;
 
     /// nominal damping B; [model_error] adds its error
-    viscous_damping ("that of the drive"): Maybe(number(ROTARY_DAMPING, at_least(0.0).at_most(1e3))) => damping;
+    viscous_damping ("that of the drive"): Maybe(number(ROTARY_DAMPING, at_least(0.0).at_most(1e3))) => choice.damping;
 
     /// place of the linkage's mass
-    masses: word(&Masses::ALL, Masses::name) => settings.masses;
+    masses: word(&Masses::ALL, Masses::name) => choice.settings.masses;
 
     /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
     filters: word(&Filters::ALL, Filters::name) => filters;
 
     /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
-    moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => settings.moment_lever;
+    moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => choice.settings.moment_lever;
 
     /// whether the estimator reads the contact angles, as the paper does, or finds them itself;
     /// none needs rolling = "on"
@@ -131,7 +127,7 @@ keys! {
     whitening: SWITCH => kalman.whitening;
 
     /// no negative normal forces
-    nonnegative: SWITCH => settings.nonnegative;
+    nonnegative: SWITCH => choice.settings.nonnegative;
 
     /// the parity residual corrects torques and contact angles; needs filters = "kalman"
     parity: SWITCH => kalman.parity;
@@ -156,10 +152,17 @@ pub(crate) const WITHOUT_ANGLES: &str = "kalman-no-angles";
 /// The estimators of a scene that lists none: all presets under their own names, and `kalman` without
 /// contact angles.
 pub(crate) fn defaults() -> Vec<EstimatorChoice> {
-    let origin = Origin::new(&Source::set(""), 0..0);
-    let (mut reader, mut choices) = (Reader::new(PathBuf::new(), |_| None), Vec::new());
-    Estimators.read(&mut reader, &default_node(&origin), PATH, &mut choices);
-    choices
+    let without_angles = (WITHOUT_ANGLES, EstimatorSettings::kalman_without_angles());
+    let all = PRESETS.into_iter().chain([without_angles]);
+    all.map(choice_of).collect()
+}
+
+fn choice_of((name, settings): Preset) -> EstimatorChoice {
+    EstimatorChoice {
+        name: name.to_owned(),
+        settings,
+        damping: None,
+    }
 }
 
 /// That list as a node, which overrides can change.
@@ -213,22 +216,18 @@ impl Form for Estimators {
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        items(key::schema(KEYS, None), 0, MOST)
+        items(key::schema(KEYS, None), [0, MOST])
     }
 
-    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Self::Value) {
+    fn tables(&self, out: &mut Out, head: &str, _: &str, _: &str, value: &mut Self::Value) {
         for estimator in value {
-            out.head(&format!("[[{path}]]"), "");
-            let mut keys = Keys {
-                damping: estimator.damping,
-                ..Keys::of(&estimator.name, &estimator.settings)
-            };
-            out.fields(KEYS, &mut keys);
+            out.head(&format!("[{head}]"), "");
+            out.fields(KEYS, &mut Keys::of(estimator.clone()));
         }
     }
 
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Self::Value) {
-        let mut keys = Keys::of("", &PRESETS[0].1);
+        let mut keys = Keys::of(choice_of(PRESETS[0]));
         key::rows(rows, KEYS, &format!("{path}[]"), &mut keys);
     }
 }
@@ -238,17 +237,12 @@ impl Estimators {
         // Needed before the other keys, which change its values. An unknown word is refused when
         // the table is read.
         let named = node.get("name").and_then(Node::as_text);
-        let preset = PRESETS.iter().find(|p| Some(p.0) == named);
-        let (name, settings) = preset.map_or(("", PRESETS[0].1), |p| *p);
-        let mut keys = Keys::of(name, &settings);
+        let preset = PRESETS.into_iter().find(|p| Some(p.0) == named);
+        // Empty after a problem only.
+        let mut keys = Keys::of(choice_of(preset.unwrap_or(("", PRESETS[0].1))));
         reader.table(KEYS, node, path, &mut keys);
         refuse_other_method(reader, node, path, &keys);
-        EstimatorChoice {
-            settings: keys.settings(),
-            // Empty after a problem only.
-            name: keys.label,
-            damping: keys.damping,
-        }
+        keys.choice()
     }
 }
 
@@ -257,7 +251,7 @@ impl Estimators {
 fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys) {
     const ANGLES: &str = "contact_angles";
     let kalman = &keys.kalman;
-    let finds_angles = keys.settings().states_covariance() && kalman.rolling;
+    let finds_angles = keys.filters == Filters::Kalman && kalman.rolling;
     let mut others: Vec<_> = KEYS.iter().collect();
     if kalman.contact_angles == ContactAngles::Unknown && !finds_angles {
         let allowed = "\"given\" unless filters = \"kalman\" and rolling = \"on\"";

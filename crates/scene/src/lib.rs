@@ -46,10 +46,10 @@ pub use robhaz_control::ControlKind;
 pub use robhaz_keys::error::{FileError, Problem, harmless};
 pub use robhaz_keys::form::KeyReference;
 pub use robhaz_keys::values::from_stem;
-pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
+pub use robhaz_sim::{EngineChoice, EngineKind};
 pub use robot::RobotChoice;
-pub use scene::{ControlChoice, EngineChoice, RecordChoice, Scene, SensorChoice};
+pub use scene::{ControlChoice, RecordChoice, Scene, SensorChoice};
 pub use schema::{SchemaKind, schema};
 pub use study::{
     Axis, AxisItem, AxisValue, AxisValues, BaseScene, Distribution, DrawMethod, Draws, Setting,

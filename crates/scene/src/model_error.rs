@@ -37,13 +37,8 @@ pub struct ModelError {
 #[error("{0}")]
 pub struct ModelErrorTooLarge(String);
 
-impl From<WeighError> for ModelErrorTooLarge {
-    fn from(error: WeighError) -> Self {
-        Self(format!(
-            "the nominal robot that [model_error] draws cannot be weighed: {error}"
-        ))
-    }
-}
+/// What drawing a nominal robot returns.
+pub(crate) type Result<T> = std::result::Result<T, ModelErrorTooLarge>;
 
 /// Heights of the blocks of a weighing, m, and its number of postures.
 const BLOCKS: [f64; 3] = [0.05, 0.10, 0.15];
@@ -69,11 +64,7 @@ impl ModelError {
     ///
     /// # Errors
     /// [`ModelErrorTooLarge`] when the result is not a valid robot, or the robot cannot be weighed.
-    pub fn nominal(
-        &self,
-        robot: &Robot,
-        seed: u64,
-    ) -> Result<(Robot, Option<LoadCovariance>), ModelErrorTooLarge> {
+    pub fn nominal(&self, robot: &Robot, seed: u64) -> Result<(Robot, Option<LoadCovariance>)> {
         let drawn = self.drawn_robot(robot, seed)?;
         if self.scales <= 0.0 {
             return Ok((drawn, None));
@@ -84,12 +75,7 @@ impl ModelError {
 
     /// The drawn robot, corrected by a weighing of the simulated one. Its tolerances are
     /// [`Tolerances::NOMINAL`], or larger ones that `[model_error]` states.
-    fn weighed(
-        &self,
-        robot: &Robot,
-        drawn: &Robot,
-        seed: u64,
-    ) -> Result<Weighed, ModelErrorTooLarge> {
+    fn weighed(&self, robot: &Robot, drawn: &Robot, seed: u64) -> Result<Weighed> {
         let nominal = Tolerances::NOMINAL;
         let tolerances = Tolerances {
             mass: nominal.mass.max(self.link_masses),
@@ -100,15 +86,19 @@ impl ModelError {
             scale: self.scales,
             ..Accuracy::TYPICAL
         };
-        let plan = plan(drawn, &tolerances, &accuracy, &BLOCKS, POSTURES)?;
+        let refused = |error: WeighError| {
+            let cannot = "the nominal robot that [model_error] draws cannot be weighed";
+            ModelErrorTooLarge(format!("{cannot}: {error}"))
+        };
+        let plan = plan(drawn, &tolerances, &accuracy, &BLOCKS, POSTURES).map_err(refused)?;
         let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
-        // Its error is of the simulated robot, not of the nominal one, as `From` would say.
+        // Its error is of the simulated robot, not of the nominal one.
         let measured = simulate(robot, &blocks, &accuracy, errors_of_scales(seed))
             .map_err(|error| ModelErrorTooLarge(error.to_string()))?;
-        Ok(weigh(drawn, &measured, &tolerances, &accuracy)?)
+        weigh(drawn, &measured, &tolerances, &accuracy).map_err(refused)
     }
 
-    fn drawn_robot(&self, robot: &Robot, seed: u64) -> Result<Robot, ModelErrorTooLarge> {
+    fn drawn_robot(&self, robot: &Robot, seed: u64) -> Result<Robot> {
         let stream = |part: &str| Stream::new(seed, &format!("model_error/{part}"));
         let moved = |at: Vec2, distance: f64, part: &str| {
             let (sin, cos) = (TAU * stream(part).uniform()).sin_cos();
@@ -118,12 +108,9 @@ impl ModelError {
         let (geometry, mass) = (&mut nominal.geometry, &mut nominal.mass);
         geometry.body_cg = moved(geometry.body_cg, self.body_cg, "body_cg");
         let Pins { p, q, r, s } = geometry.pins;
-        geometry.pins = Pins {
-            p: moved(p, self.pins, "pin_p"),
-            q: moved(q, self.pins, "pin_q"),
-            r: moved(r, self.pins, "pin_r"),
-            s: moved(s, self.pins, "pin_s"),
-        };
+        let pins = [(p, "pin_p"), (q, "pin_q"), (r, "pin_r"), (s, "pin_s")];
+        let [p, q, r, s] = pins.map(|(pin, part)| moved(pin, self.pins, part));
+        geometry.pins = Pins { p, q, r, s };
         geometry.wheel_radius *= 1.0 + self.wheel_radius;
         for i in 0..3 {
             let part = format!("link{}_mass", i + 1);

@@ -1,7 +1,7 @@
 //! A scene with every choice made: the result of reading a scene file.
 
 use crate::estimators::{self, EstimatorChoice};
-use crate::model_error::{ModelError, ModelErrorTooLarge};
+use crate::model_error::{ModelError, Result};
 use crate::robot::RobotChoice;
 use crate::terrain::TerrainChoice;
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
@@ -12,10 +12,9 @@ use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
-use robhaz_sim::rolling::RollingResistance;
 use robhaz_sim::scaling::SpeedScaling;
 use robhaz_sim::sensors::{Grade, ImuPlace, SensorSpec, Sensors};
-use robhaz_sim::{EngineKind, PlantSetup, StartKind};
+use robhaz_sim::{EngineChoice, PlantSetup};
 use robhaz_terrain::Profile;
 
 /// Everything that a run depends on. SI throughout.
@@ -32,10 +31,8 @@ pub struct Scene {
     pub terrain: TerrainChoice,
     /// `[contact]`, eq. (10)
     pub contact: ContactLaw,
-    /// `[contact]`, eq. (11)
+    /// `[contact]`, eq. (11) and rolling resistance
     pub friction: FrictionLaw,
-    /// `[contact]`: rolling resistance
-    pub rolling: RollingResistance,
     /// `[drive]`, eq. (2)
     pub drive: Drive,
     /// `[drive]`: control of the wheels
@@ -75,19 +72,6 @@ pub struct ControlChoice {
     pub friction_test: FrictionTestPlan,
 }
 
-/// The engine that computes the truth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EngineChoice {
-    /// Which engine.
-    pub kind: EngineKind,
-    /// How the robot stands at time zero.
-    pub start: StartKind,
-    /// Greatest integration step of `rapier`, s.
-    pub step: f64,
-    /// Tolerance of `direct`, -: see [`PlantSetup::tolerance`].
-    pub tolerance: f64,
-}
-
 /// Duration and rate of the records.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordChoice {
@@ -118,19 +102,6 @@ impl Default for SensorChoice {
     /// Ideal sensors at 1 kHz.
     fn default() -> Self {
         Self::of(Grade::Ideal)
-    }
-}
-
-impl Default for EngineChoice {
-    /// `rapier` with steps of 0.2 ms, five a record; it holds N to about 8 mN on rolling ground,
-    /// `direct` to 0.2 mN.
-    fn default() -> Self {
-        Self {
-            kind: EngineKind::Rapier,
-            start: StartKind::default(),
-            step: 2e-4,
-            tolerance: 1e-5,
-        }
     }
 }
 
@@ -165,7 +136,6 @@ impl Default for Scene {
             terrain: TerrainChoice::default(),
             contact: ContactLaw::default(),
             friction: FrictionLaw::default(),
-            rolling: RollingResistance::default(),
             drive: Drive::default(),
             control: ControlChoice::default(),
             sensors: SensorChoice::default(),
@@ -186,12 +156,8 @@ impl Scene {
             contact: self.contact,
             friction: self.friction,
             stretches: self.terrain.stretches.clone(),
-            rolling: self.rolling,
             drive: self.drive.clone(),
-            start: self.engine.start,
-            engine: self.engine.kind,
-            step: self.engine.step,
-            tolerance: self.engine.tolerance,
+            engine: self.engine,
             period: 1.0 / self.sensors.rate,
             balance: false,
         }
@@ -260,13 +226,13 @@ impl Scene {
     /// The nominal robot, which the estimators are given.
     ///
     /// # Errors
-    /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. Scenes that were read
+    /// [`ModelErrorTooLarge`](crate::ModelErrorTooLarge) when `[model_error]` draws an invalid robot. Scenes that were read
     /// from files are checked.
-    pub fn nominal_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
+    pub fn nominal_robot(&self) -> Result<Robot> {
         Ok(self.nominal()?.0)
     }
 
-    fn nominal(&self) -> Result<(Robot, Option<LoadCovariance>), ModelErrorTooLarge> {
+    fn nominal(&self) -> Result<(Robot, Option<LoadCovariance>)> {
         self.model_error.nominal(&self.robot.robot, self.seed)
     }
 
@@ -294,7 +260,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].
-    pub fn control_settings(&self) -> Result<ControlSettings, ModelErrorTooLarge> {
+    pub fn control_settings(&self) -> Result<ControlSettings> {
         let drive = &self.drive;
         let [kp, ki] = self.gains();
         Ok(ControlSettings {
@@ -313,10 +279,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].
-    pub fn nominal_settings(
-        &self,
-        estimator: &EstimatorChoice,
-    ) -> Result<EstimatorSettings, ModelErrorTooLarge> {
+    pub fn nominal_settings(&self, estimator: &EstimatorChoice) -> Result<EstimatorSettings> {
         let settings = estimator.settings;
         let damping = estimator.damping.unwrap_or(self.drive.viscous_damping);
         Ok(EstimatorSettings {
@@ -335,7 +298,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].
-    pub fn noise_budget(&self) -> Result<NoiseBudget, ModelErrorTooLarge> {
+    pub fn noise_budget(&self) -> Result<NoiseBudget> {
         let (spec, model) = (&self.sensors.spec, &self.model_error);
         let (body_cg, link_mass, load_covariance) = match model.scales > 0.0 {
             true => (0.0, 0.0, self.nominal()?.1),

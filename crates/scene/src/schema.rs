@@ -31,7 +31,7 @@ pub fn schema(kind: SchemaKind) -> Value {
     match kind {
         SchemaKind::Scene => {
             let mut scene = key::file_schema("Scene of robhaz", SCENE, Some(&mut Scene::default()));
-            scene["definitions"] = json!({"part": Terrain { is_part: true }.schema(None)});
+            scene["definitions"] = json!({"part": Terrain { is_part: true }.rules()});
             scene
         }
         SchemaKind::Study => key::file_schema("Study of robhaz", STUDY, None),

@@ -7,7 +7,7 @@
 //! (s), time between two records (s).
 
 use robhaz_model::Robot;
-use robhaz_sim::{EngineKind, Plant, PlantSetup};
+use robhaz_sim::{EngineChoice, EngineKind, Plant, PlantSetup};
 use robhaz_terrain::{Profile, Terrain};
 use std::error::Error;
 
@@ -33,12 +33,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         contact: Default::default(),
         friction: Default::default(),
         stretches: Vec::new(),
-        rolling: Default::default(),
         drive: Default::default(),
-        start: Default::default(),
-        engine: engine.ok_or("the engine is not direct or rapier")?,
-        step: 2e-4,
-        tolerance: 1e-5,
+        engine: EngineChoice {
+            kind: engine.ok_or("the engine is not direct or rapier")?,
+            ..Default::default()
+        },
         period: period.parse()?,
         balance: false,
     };

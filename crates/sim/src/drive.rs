@@ -1,8 +1,8 @@
 //! The drive of a wheel: eq. (2) with separate inertias of wheel and rotor, losses in the gear, and
 //! speed control.
 
-use crate::scaling::{SpeedScaling, quintic, ramp};
-use robhaz_model::{MassSet, WheelCommand};
+use crate::scaling::{SpeedScaling, ramp};
+use robhaz_model::{MassSet, WheelCommand, quintic};
 
 /// Speed control and losses of the three drives.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +16,7 @@ pub struct Drive {
     pub ki: f64,
     /// Largest motor torque at the wheel, N m.
     pub torque_limit: f64,
-    /// Tracking time constant T_t of the anti-windup, s: see [`Self::integral_rate`].
+    /// Tracking time constant T_t of the anti-windup, s: see [`Self::controlled`].
     pub tracking_time: f64,
     /// Viscous damping B in the wheel module, N m s.
     pub viscous_damping: f64,
@@ -117,19 +117,14 @@ impl Drive {
         changes.filter(|change| *change > t).reduce(f64::min)
     }
 
-    /// Motor torque at the wheel, N m, for a speed error `e` (rad/s) and its integral (rad), within
-    /// the limit.
-    pub fn torque(&self, error: f64, integral: f64) -> f64 {
-        self.limited(self.kp * error + self.ki * integral)
-    }
-
     /// A torque (N m) within the limit.
     #[inline]
     fn limited(&self, torque: f64) -> f64 {
         torque.max(-self.torque_limit).min(self.torque_limit)
     }
 
-    /// Rate of the integral I of the error e, rad/s, with anti-windup by back-calculation:
+    /// Motor torque tau at the wheel, N m, within the limit, for a speed error e (rad/s) and its
+    /// integral I (rad), and the rate of I with anti-windup by back-calculation:
     /// `dI/dt = e - (tau_w - tau)/(Ki T_t)`.
     ///
     /// `tau_w = Kp e + Ki I` is the torque before the limit, `tau` the torque within it, `T_t` the
@@ -138,13 +133,19 @@ impl Drive {
     /// leaves saturation when the error changes its sign. The rate is continuous where saturation
     /// starts and ends, as a solver with error control needs it. Source: K. J. Astrom and T.
     /// Hagglund, *Advanced PID Control*, ISA 2006, section 3.5.
-    pub fn integral_rate(&self, error: f64, integral: f64) -> f64 {
+    pub fn controlled(&self, error: f64, integral: f64) -> DriveResponse {
         let wanted = self.kp * error + self.ki * integral;
-        let excess = wanted - self.limited(wanted);
-        if self.ki > 0.0 {
-            error - excess / (self.ki * self.tracking_time)
-        } else {
-            error
+        self.tracking(error, wanted, self.limited(wanted))
+    }
+
+    fn tracking(&self, error: f64, wanted: f64, torque: f64) -> DriveResponse {
+        let integral_rate = match self.ki > 0.0 {
+            true => error - (wanted - torque) / (self.ki * self.tracking_time),
+            false => error,
+        };
+        DriveResponse {
+            torque,
+            integral_rate,
         }
     }
 
@@ -152,7 +153,7 @@ impl Drive {
     /// speed (rad/s), `integral` that of the speed error (rad).
     ///
     /// Under a torque the integral follows it: `dI/dt = (tau - Ki I)/(Ki T_t)`, the
-    /// back-calculation of [`Self::integral_rate`] with the commanded torque as the limit and
+    /// back-calculation of [`Self::controlled`] with the commanded torque as the limit and
     /// without an error.
     #[inline]
     pub fn response(
@@ -165,25 +166,11 @@ impl Drive {
         let set_speed = match command {
             WheelCommand::Planned => planned,
             WheelCommand::Speed(speed) => speed,
-            WheelCommand::Torque(torque) => return self.response_to_torque(torque, integral),
+            WheelCommand::Torque(torque) => {
+                return self.tracking(0.0, self.ki * integral, self.limited(torque));
+            }
         };
-        let error = set_speed - omega;
-        DriveResponse {
-            torque: self.torque(error, integral),
-            integral_rate: self.integral_rate(error, integral),
-        }
-    }
-
-    fn response_to_torque(&self, torque: f64, integral: f64) -> DriveResponse {
-        let torque = self.limited(torque);
-        DriveResponse {
-            torque,
-            integral_rate: if self.ki > 0.0 {
-                (torque - self.ki * integral) / (self.ki * self.tracking_time)
-            } else {
-                0.0
-            },
-        }
+        self.controlled(set_speed - omega, integral)
     }
 
     /// Torque of viscous damping and Coulomb friction, N m: `B omega + F_g sign(omega)`, with the

@@ -84,16 +84,13 @@ impl EnergyWatch {
 mod tests {
     use super::*;
     use crate::balance::Balance;
-    use crate::contact::ContactLaw;
     use crate::{EngineKind, Plant, PlantSetup, StartKind};
     use robhaz_terrain::Profile;
 
     fn setup(engine: EngineKind, profile: Profile) -> PlantSetup {
-        PlantSetup {
-            engine,
-            tolerance: 1e-4,
-            ..PlantSetup::on(profile)
-        }
+        let mut setup = PlantSetup::on(profile);
+        (setup.engine.kind, setup.engine.tolerance) = (engine, 1e-4);
+        setup
     }
 
     /// The first error of a run, if any.
@@ -106,14 +103,8 @@ mod tests {
     /// creates energy, and the run stops with this reason.
     #[test]
     fn a_step_too_long_is_noticed() {
-        let too_long = PlantSetup {
-            step: 1e-3,
-            contact: ContactLaw {
-                damping: 1e6,
-                ..ContactLaw::default()
-            },
-            ..setup(EngineKind::Rapier, Profile::smooth())
-        };
+        let mut too_long = setup(EngineKind::Rapier, Profile::smooth());
+        (too_long.engine.step, too_long.contact.damping) = (1e-3, 1e6);
         let found = run(&too_long, 4);
         println!("{found:?}");
         assert!(
@@ -133,7 +124,7 @@ mod tests {
             ] {
                 let mut setup = setup(engine, profile);
                 setup.contact.damping_ramp = ramp;
-                setup.start = StartKind::Raw;
+                setup.engine.start = StartKind::Raw;
                 assert_eq!(run(&setup, 6), Ok(()));
                 setup.period = 0.1;
                 let mut plant = Plant::new(&setup).unwrap();

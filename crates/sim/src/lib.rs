@@ -4,9 +4,8 @@
 //! |---|---|
 //! | eq. (2), the wheel with its drive | [`drive`] |
 //! | eq. (10), contact | [`contact`] |
-//! | eq. (11), friction | [`friction`] |
+//! | eq. (11), friction; rolling resistance | [`friction`] |
 //! | set speeds that differ from wheel to wheel | [`scaling`] |
-//! | rolling resistance | [`rolling`] |
 //! | closed four-bar with three wheels | [`rapier`] and, in another formulation, [`direct`] |
 //! | stability of an explicit step | [`stability`] |
 //! | distance of body and links to the ground | [`clearance`] |
@@ -35,7 +34,6 @@ mod plant;
 mod power;
 pub mod random;
 pub mod rapier;
-pub mod rolling;
 pub mod scaling;
 pub mod sensors;
 mod setup;
@@ -47,7 +45,7 @@ pub use balance::Balance;
 pub use energy::mechanical_energy;
 pub use error::{NoRest, PlantError};
 pub use plant::Plant;
-pub use setup::{EngineKind, PlantSetup, StartKind};
+pub use setup::{EngineChoice, EngineKind, PlantSetup, StartKind};
 pub use truth::{
     BarTruth, ContactList, ContactTruth, EquivalentContact, PinTruth, Truth, WheelTruth,
 };

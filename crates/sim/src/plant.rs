@@ -26,16 +26,16 @@ impl Plant {
     /// is about 1e-7 m on undulating ground.
     pub const MAX_LOOP_ERROR: f64 = 1e-4;
 
-    /// Places the robot on the ground as [`PlantSetup::start`] asks.
+    /// Places the robot on the ground as [`EngineChoice::start`](crate::EngineChoice::start) asks.
     ///
     /// # Errors
     /// [`PlantError`] if the robot cannot stand there.
     pub fn new(setup: &PlantSetup) -> Result<Self, PlantError> {
         let start = Start::new(setup)?;
         Ok(Self {
-            engine: match setup.engine {
-                EngineKind::Rapier => Box::new(RapierEngine::new(setup, &start)),
-                EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)),
+            engine: match setup.engine.kind {
+                EngineKind::Rapier => Box::new(RapierEngine::new(setup, &start)?),
+                EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)?),
             },
             robot: setup.robot.clone(),
             watch: EnergyWatch::new(&setup.robot),

@@ -1,5 +1,7 @@
 //! Wheels driven apart: set speeds that differ from wheel to wheel for a time.
 
+use robhaz_model::quintic;
+
 /// A time in which chosen wheels have their set speed times a factor.
 ///
 /// The factor changes smoothly, like the set speed at the start: from 1 beginning at `from`, and
@@ -39,10 +41,4 @@ pub(crate) fn ramp(t: f64, start: f64, duration: f64) -> f64 {
     } else {
         f64::from(t >= start)
     }
-}
-
-/// `height` times the quintic from 0 at u = 0 to 1 at u = 1 whose first two derivatives are zero at
-/// both ends.
-pub(crate) fn quintic(height: f64, u: f64) -> f64 {
-    height * u * u * u * (10.0 + u * (-15.0 + 6.0 * u))
 }

@@ -9,9 +9,8 @@
 use crate::contact::ContactLaw;
 use crate::drive::{Drive, FRICTION_SPEED};
 use crate::friction::FrictionLaw;
-use crate::mechanics::{Kinematics, State};
-use crate::rolling::RollingResistance;
-use nalgebra::{Matrix3, Matrix4, SMatrix};
+use crate::mechanics::{Carriers, Kinematics, State};
+use nalgebra::{Matrix3, SMatrix};
 use robhaz_model::Robot;
 
 /// Allowed step as a share of the limit of stability, for friction and for drive. Their sum stays
@@ -56,36 +55,25 @@ pub fn longest_step_for_stiffness(contact: &ContactLaw, robot: &Robot) -> f64 {
 /// the same inertia with the slope `f_r r N/FRICTION_SPEED` over the spin. At twice the mean load,
 /// which the course `smooth` reaches, the step is 0.45 ms with the default friction, 0.045 ms for
 /// v_s = 2 mm/s, 0.023 ms for `rigid` with v_s = 1 mm/s and 0.014 ms for `brush` with C = 20.
-pub fn longest_step_for_friction(
-    friction: &FrictionLaw,
-    rolling: &RollingResistance,
-    robot: &Robot,
-    load: f64,
-) -> f64 {
+pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f64) -> f64 {
     let mass = &robot.mass;
     let inertia = mass.wheel_inertia + mass.rotor_inertia;
     let slope = friction.steepest_slope() * load;
     let rim = robot.geometry.wheel_radius.powi(2) / inertia;
-    let braking = rolling_slope(rolling, robot) * load / inertia;
+    // f_r r/FRICTION_SPEED for N = 1 N.
+    let braking = friction.rolling * robot.geometry.wheel_radius / FRICTION_SPEED * load / inertia;
     STABLE_SHARE * 2.0 / (slope * (rim + 3.0 / mass.total()) + braking)
 }
 
 /// Whether the rolling resistance limits the step of [`longest_step_for_friction`] more than the
 /// friction.
-pub fn rolling_is_stiffer(
-    friction: &FrictionLaw,
-    rolling: &RollingResistance,
-    robot: &Robot,
-) -> bool {
-    let without = longest_step_for_friction(friction, &RollingResistance::default(), robot, 1.0);
-    without > 2.0 * longest_step_for_friction(friction, rolling, robot, 1.0)
-}
-
-/// Slope of the moment of rolling resistance over the spin for N = 1 N, m s:
-/// `f_r r/FRICTION_SPEED`.
-fn rolling_slope(rolling: &RollingResistance, robot: &Robot) -> f64 {
-    let RollingResistance { coefficient } = rolling;
-    coefficient * robot.geometry.wheel_radius / FRICTION_SPEED
+pub fn rolling_is_stiffer(friction: &FrictionLaw, robot: &Robot) -> bool {
+    let free = FrictionLaw {
+        rolling: 0.0,
+        ..*friction
+    };
+    let longest = |law: &FrictionLaw| longest_step_for_friction(law, robot, 1.0);
+    longest(&free) > 2.0 * longest(friction)
 }
 
 /// Largest slope of the torque over the wheel speed ([`Drive::slope`]), N m s, for an explicit step
@@ -130,9 +118,9 @@ fn alternating_mobility(robot: &Robot) -> Option<f64> {
     for (i, carrier) in geometry.carriers.iter().enumerate() {
         links[(2 + carrier.index(), i)] = 1.0;
     }
-    let matrix: Matrix4<f64> = Kinematics::new(robot, &nominal).ok()?.mass_matrix(robot)
-        - links * links.transpose() * (jw * jr / j);
-    let response = links.transpose() * matrix.cholesky()?.solve(&links);
+    let kinematics = Kinematics::new(robot, &nominal).ok()?;
+    let (matrix, _) = Carriers::new(robot, -jw * jr / j).in_vacuum(robot, &kinematics);
+    let response = links.transpose() * matrix.factorised()?.solve_each(&links);
     let mobility = Matrix3::identity() / j + response * ((1.0 + jr / j) * jw / j);
     Some(mobility.symmetric_eigenvalues().max())
 }

@@ -28,7 +28,7 @@ impl Start {
     /// # Errors
     /// [`PlantError::RawStart`], [`PlantError::Stance`] and [`PlantError::NoRest`].
     pub fn new(setup: &PlantSetup) -> Result<Self, PlantError> {
-        match setup.start {
+        match setup.engine.start {
             StartKind::Raw => raw(setup),
             StartKind::Settled => settled(setup).map_err(|why| {
                 // If the robot cannot stand on level ground either, the robot is the reason.
@@ -112,9 +112,9 @@ fn pose_on_ground(setup: &PlantSetup) -> Option<State> {
     let mut state = Start::nominal(setup).state;
     for _ in 0..MOST_STEPS {
         let kinematics = Kinematics::new(robot, &state).ok()?;
-        let (rows, distances) = tangents(&setup.terrain, &kinematics, &state)?;
+        let (rows, distances) = tangents(&setup.terrain, &kinematics)?;
         let [front, middle, rear] = distances.map(|distance| goal - distance);
-        let ahead = robot.geometry.axles[1].x - kinematics.axle(1, &state).x;
+        let ahead = robot.geometry.axles[1].x - kinematics.axle(1).x;
         let right = Vector4::new(front, middle, rear, ahead);
         let mut matrix = rows;
         let x_of_the_middle = kinematics.axle_row(1, Vec2::x());
@@ -133,14 +133,10 @@ fn pose_on_ground(setup: &PlantSetup) -> Option<State> {
 /// Rows of a Jacobian, and the distances of the wheels' centres from the ground, m. The product of
 /// rows 1 to 3 with the four rates is the speed of each wheel away from the ground, that of row 4
 /// the speed of the middle wheel along the ground, m/s.
-fn tangents(
-    terrain: &Terrain,
-    kinematics: &Kinematics,
-    state: &State,
-) -> Option<(Matrix4<f64>, [f64; 3])> {
+fn tangents(terrain: &Terrain, kinematics: &Kinematics) -> Option<(Matrix4<f64>, [f64; 3])> {
     let (mut rows, mut distances) = (Matrix4::zeros(), [0.0; 3]);
     for (i, distance) in distances.iter_mut().enumerate() {
-        let nearest = terrain.nearest(kinematics.axle(i, state))?;
+        let nearest = terrain.nearest(kinematics.axle(i))?;
         let row = kinematics.axle_row(i, nearest.normal());
         rows.set_row(i, &row.transpose());
         *distance = nearest.distance;
@@ -179,7 +175,12 @@ impl Equilibrium<'_> {
             z -= step;
             if step.amax() < CONVERGED {
                 self.check_rest(&z)?;
-                return self.start(&z);
+                let (kinematics, integrals) = self.kinematics(&z)?;
+                return Ok(Start {
+                    state: kinematics.state,
+                    integrals,
+                    bars: Bar::ALL.map(|bar| kinematics.bar(bar)),
+                });
             }
         }
         Err(NoRest::Equilibrium)
@@ -204,24 +205,21 @@ impl Equilibrium<'_> {
     /// distance of the middle wheel from its nominal x (m) and the accelerations of Q (m/s^2),
     /// links and wheels (rad/s^2).
     fn evaluate(&mut self, z: &Unknowns) -> Result<(Unknowns, Forces), NoRest> {
-        let start = self.start(z)?;
-        let robot = &self.setup.robot;
-        let kinematics = Kinematics::new(robot, &start.state).map_err(|_| NoRest::Equilibrium)?;
-        let torques = [z[5], z[6], z[7]];
+        let (kinematics, _) = self.kinematics(z)?;
         let mut forces = Forces::default();
-        let solved = forces.solve(&mut self.mechanics, &kinematics, &start.state, torques);
+        let solved = forces.solve(&mut self.mechanics, &kinematics, [z[5], z[6], z[7]]);
         solved.map_err(|_| NoRest::Equilibrium)?;
-        let x = kinematics.axle(1, &start.state).x - robot.geometry.axles[1].x;
+        let x = kinematics.axle(1).x - self.setup.robot.geometry.axles[1].x;
         let [a, b, c, d] = forces.accelerations.into();
         let [front, middle, rear] = forces.omega_rates.into();
         let residual = Unknowns::from([x, a, b, c, d, front, middle, rear]);
         Ok((residual, forces))
     }
 
-    /// The state that belongs to the unknowns. The wheels keep their penetration while the robot
-    /// creeps; the torques of the control come from its integral or, without integral gain, from a
-    /// speed error.
-    fn start(&self, z: &Unknowns) -> Result<Start, NoRest> {
+    /// The state that belongs to the unknowns, and the integrals of the control. The wheels keep
+    /// their penetration while the robot creeps; the torques of the control come from its integral
+    /// or, without integral gain, from a speed error.
+    fn kinematics(&self, z: &Unknowns) -> Result<(Kinematics, [f64; 3]), NoRest> {
         let mut state = self.pose(z).ok_or(NoRest::Equilibrium)?;
         let drive = &self.setup.drive;
         let mut integrals = [0.0; 3];
@@ -238,8 +236,9 @@ impl Equilibrium<'_> {
                 false => AT_REST,
             };
             if torque.abs() > limit {
+                let wheel = i + 1;
                 return Err(NoRest::Motor {
-                    wheel: i + 1,
+                    wheel,
                     torque,
                     limit,
                 });
@@ -247,11 +246,7 @@ impl Equilibrium<'_> {
         }
         let kinematics = Kinematics::new(&self.setup.robot, &state);
         let kinematics = kinematics.map_err(|_| NoRest::Equilibrium)?;
-        Ok(Start {
-            state,
-            integrals,
-            bars: Bar::ALL.map(|bar| kinematics.bar(bar, &state)),
-        })
+        Ok((kinematics, integrals))
     }
 
     /// Pose and rates that belong to the unknowns, with all wheel spins at zero.
@@ -262,7 +257,7 @@ impl Equilibrium<'_> {
             ..State::default()
         };
         let kinematics = Kinematics::new(&self.setup.robot, &state).ok()?;
-        let (rows, _) = tangents(&self.setup.terrain, &kinematics, &state)?;
+        let (rows, _) = tangents(&self.setup.terrain, &kinematics)?;
         state.rates = rows.lu().solve(&Vector4::new(0.0, 0.0, 0.0, z[4]))?;
         Some(state)
     }
@@ -318,7 +313,7 @@ mod tests {
         );
 
         let mut hollow = PlantSetup::on(slope(0.2));
-        hollow.start = StartKind::Raw;
+        hollow.engine.start = StartKind::Raw;
         let found = refusal(&hollow)
             .map(|why| why.to_string())
             .unwrap_or_default();

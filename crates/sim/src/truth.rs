@@ -47,18 +47,12 @@ pub struct ContactList {
 }
 
 impl ContactList {
-    /// Removes all contacts.
-    pub fn clear(&mut self) {
-        *self = Self::default();
-    }
-
     /// Becomes a list of one contact.
     pub fn set(&mut self, contact: ContactTruth) {
         if self.len > 1 {
-            self.clear();
+            *self = Self::default();
         }
-        self.entries[0] = contact;
-        self.len = 1;
+        (self.entries[0], self.len) = (contact, 1);
     }
 
     /// Appends a contact. In a full list it replaces the contact with the smallest N, if its own N
@@ -157,27 +151,20 @@ impl WheelTruth {
     /// these forces.
     pub fn equivalent_contact(&self) -> Option<EquivalentContact> {
         let traction = self.traction;
-        if self.contacts < 2 {
-            return Some(EquivalentContact {
-                normal_force: self.normal_force,
-                traction,
-                angle: self.contact_angle,
-            });
+        let (mut normal_force, mut angle) = (self.normal_force, self.contact_angle);
+        if self.contacts > 1 {
+            normal_force = (self.force.norm_squared() - traction * traction).sqrt();
+            // With vectors as complex numbers F = (T + i N) t: t is F (T - i N) up to its length.
+            let tangent = self.force * traction - perp(self.force) * normal_force;
+            if tangent != Vec2::zeros() {
+                angle = tangent.y.atan2(tangent.x);
+            }
         }
-        let normal_force = (self.force.norm_squared() - traction * traction).sqrt();
         // The root of a negative number is not a number.
-        if normal_force.is_nan() {
-            return None;
-        }
-        // With vectors as complex numbers F = (T + i N) t: t is F (T - i N) up to its length.
-        let tangent = self.force * traction - perp(self.force) * normal_force;
-        Some(EquivalentContact {
+        (!normal_force.is_nan()).then_some(EquivalentContact {
             normal_force,
             traction,
-            angle: match tangent == Vec2::zeros() {
-                true => self.contact_angle,
-                false => tangent.y.atan2(tangent.x),
-            },
+            angle,
         })
     }
 }

@@ -179,11 +179,8 @@ impl Edge {
     /// `to`; negative if the distance falls. With respect to x (m), on a riser to y (m).
     #[inline]
     pub fn distance_rates(&self, centre: Vec2) -> [f64; 2] {
-        let [from, to] = self.slopes;
-        [
-            distance_rate(self.from - centre, from),
-            distance_rate(self.to - centre, to),
-        ]
+        let [from, to] = self.tangents();
+        [from.dot(&(self.from - centre)), to.dot(&(self.to - centre))]
     }
 
     /// x after one Newton step towards the point nearest to `centre`, m, from the end 0, `from`, or
@@ -290,15 +287,6 @@ fn tangent(slope: f64) -> Vec2 {
         Vec2::new(1.0, slope)
     } else {
         Vec2::new(0.0, slope.signum())
-    }
-}
-
-/// Derivative of half the squared length of `arm` along a line of this slope.
-fn distance_rate(arm: Vec2, slope: f64) -> f64 {
-    if slope.is_finite() {
-        arm.x + arm.y * slope
-    } else {
-        arm.y * slope.signum()
     }
 }
 

@@ -139,25 +139,11 @@ const HEADER_RULE: &str = "columns separated by comma, semicolon or tab; either 
      height_column choose by name or number";
 
 /// Names of the columns that are x and height, in small letters.
-const X: &[&str] = &[
-    "x", "distance", "dist", "position", "pos", "station", "chainage",
-];
-const HEIGHT: &[&str] = &["height", "y", "z", "h", "elevation", "elev", "altitude"];
+const X: &str = "x distance dist position pos station chainage";
+const HEIGHT: &str = "height y z h elevation elev altitude";
 /// Names of columns that are neither, though they may come first: geographic coordinates, times, and depths, which
 /// count downwards.
-const NEITHER: &[&str] = &[
-    "lon",
-    "long",
-    "lng",
-    "longitude",
-    "lat",
-    "latitude",
-    "t",
-    "time",
-    "timestamp",
-    "stamp",
-    "depth",
-];
+const NEITHER: &str = "lon long lng longitude lat latitude t time timestamp stamp depth";
 
 /// What must be known of a track beside its text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -230,7 +216,7 @@ impl Columns {
         let (x, height) = (format.x.as_ref(), format.height.as_ref());
         let is_chosen = x.is_some() && height.is_some();
         let mut others = names.iter().filter(|_| !is_chosen && count == 2);
-        if let Some(name) = others.find(|name| NEITHER.contains(&split(name).0.as_str())) {
+        if let Some(name) = others.find(|name| has(NEITHER, &split(name).0)) {
             let name = short(name);
             return Err(format!(
                 "the column \"{name}\", which is neither x nor a height in m"
@@ -321,7 +307,7 @@ impl Coordinate {
 fn place(
     key: &str,
     chosen: Option<&Column>,
-    usual: &[&str],
+    usual: &str,
     names: &[String],
     count: usize,
 ) -> Result<Option<usize>, String> {
@@ -352,7 +338,7 @@ fn place(
             }
         }
         None => {
-            let found = named(&|name| usual.contains(&split(name).0.as_str()));
+            let found = named(&|name| has(usual, &split(name).0));
             if found.len() > 1 && count > 2 {
                 return Err(unclear(names, count));
             }
@@ -396,7 +382,7 @@ fn split(header: &str) -> (String, Option<String>) {
         return (name.to_lowercase(), Some(unit.to_owned()));
     }
     if let Some((name, unit)) = header.rsplit_once([' ', '_', '/', '-', '.'])
-        && (per_metre(unit).is_some() || is_other_unit(unit))
+        && (per_metre(unit).is_some() || has(OTHER_UNITS, &unit.to_lowercase()))
     {
         let name = name.trim_end_matches([' ', '_', '/', '-', '.']);
         let name = name.strip_suffix(" in").unwrap_or(name);
@@ -436,14 +422,14 @@ fn per_metre(unit: &str) -> Option<f64> {
     let unit = unit.to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
     let is_it = |(signs, prefix, _): &&(&str, &str, f64)| {
         let word = unit.strip_prefix(prefix).unwrap_or_default();
-        signs.split(' ').any(|sign| sign == unit) || METRE.contains(&word)
+        has(signs, &unit) || METRE.contains(&word)
     };
     UNITS.iter().find(is_it).map(|(.., per_metre)| *per_metre)
 }
 
-fn is_other_unit(unit: &str) -> bool {
-    let unit = unit.to_lowercase();
-    OTHER_UNITS.split(' ').any(|other| other == unit)
+/// Whether a list of words has one.
+fn has(words: &str, word: &str) -> bool {
+    words.split(' ').any(|own| own == word)
 }
 
 /// The number of a length with its own unit, and units in a metre.

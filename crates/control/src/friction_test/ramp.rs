@@ -3,6 +3,7 @@
 use super::result::FrictionTestEnd;
 use super::test::{FrictionTest, FrictionTestPhase};
 use crate::input::ControlInput;
+use robhaz_model::quintic;
 
 /// Time over which the torque of robot A is taken back, s.
 const BACK_OFF: f64 = 0.3;
@@ -14,8 +15,6 @@ const APPROACH: f64 = 1.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Ramp {
     pub test: FrictionTest,
-    /// Start, s.
-    start: f64,
     /// Torque at the start and after the approach, N m. Without an approach both are the same.
     torque: [f64; 2],
     /// Rate with its direction, N m/s.
@@ -33,7 +32,6 @@ impl Ramp {
     pub fn new(wheel: usize, time: f64, torque: [f64; 2], rate: f64, unit: f64) -> Self {
         Self {
             test: FrictionTest::new(wheel, time),
-            start: time,
             torque,
             rate,
             unit,
@@ -58,23 +56,18 @@ impl Ramp {
         let (torque, since) = *self.back_off.get_or_insert((limited, now));
         let passed = ((now - since) / (BACK_OFF * self.unit)).min(1.0);
         let over = passed >= 1.0 && phase == FrictionTestPhase::Done;
-        (!over).then(|| torque + (idle - torque) * smooth_step(passed))
+        (!over).then(|| torque + (idle - torque) * quintic(1.0, passed))
     }
 
     fn wanted(&self, now: f64) -> f64 {
         let [first, second] = self.torque;
-        let passed = now - self.start;
+        let passed = now - self.test.start;
         let duration = APPROACH * self.unit;
-        let approached = smooth_step((passed / duration).max(0.0).min(1.0));
+        let approached = quintic(1.0, (passed / duration).max(0.0).min(1.0));
         let approach = match (first - second).abs() > 0.0 {
             true => duration,
             false => 0.0,
         };
         first + (second - first) * approached + self.rate * (passed - approach).max(0.0)
     }
-}
-
-/// The quintic from 0 to 1 whose first two derivatives are zero at both ends.
-fn smooth_step(u: f64) -> f64 {
-    u * u * u * (10.0 + u * (-15.0 + 6.0 * u))
 }

@@ -11,7 +11,7 @@
 use super::ramp::Ramp;
 use super::result::{FrictionTestEnd, FrictionTestResult};
 use super::together::together;
-use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
+use crate::input::{ControlInput, ControlSettings};
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::{Robot, Units, WheelCommand};
 
@@ -60,10 +60,7 @@ fn relieving(robot: &Robot) -> Option<[f64; 3]> {
 /// The tests with their state from sample to sample.
 #[derive(Clone, Debug)]
 pub struct FrictionTests {
-    plan: FrictionTestPlan,
-    torque_limit: f64,
-    viscous_damping: f64,
-    wheel_radius: f64,
+    settings: ControlSettings,
     /// Unit of time of the robot, s.
     unit: f64,
     /// See [`relieving`].
@@ -101,10 +98,7 @@ impl FrictionTests {
     /// Before the first sample.
     pub fn new(settings: &ControlSettings) -> Self {
         Self {
-            plan: settings.friction_test,
-            torque_limit: settings.torque_limit,
-            viscous_damping: settings.viscous_damping,
-            wheel_radius: settings.robot.geometry.wheel_radius,
+            settings: settings.clone(),
             unit: Units::of(&settings.robot).time,
             directions: relieving(&settings.robot).unwrap_or([1.0; 3]),
             longest: LONGEST * Units::of(&settings.robot).torque(),
@@ -143,8 +137,8 @@ impl FrictionTests {
             && let Some(wheel) = self.wheel()
         {
             let present = self.torques.get(wheel).copied().unwrap_or(0.0);
-            let rate = self.direction(wheel) * self.plan.rate;
-            let idle = self.viscous_damping * input.set_speed;
+            let rate = self.direction(wheel) * self.settings.friction_test.rate;
+            let idle = self.settings.viscous_damping * input.set_speed;
             // A wheel that is to be braked does not drive first, and the other way round.
             let ahead = (present - idle) * rate < 0.0;
             let torque = [present, if ahead { idle } else { present }];
@@ -162,7 +156,12 @@ impl FrictionTests {
 
     /// The wheel of the present or next test.
     fn wheel(&self) -> Option<usize> {
-        self.plan.wheels.get(self.number).copied().flatten()
+        self.settings
+            .friction_test
+            .wheels
+            .get(self.number)
+            .copied()
+            .flatten()
     }
 
     /// Direction of the first ramp of a wheel.
@@ -179,7 +178,7 @@ impl FrictionTests {
             .and_then(|e| e.kalman.as_ref()?.friction.get(wheel).copied());
         let offset = friction.map_or(0.0, |friction| friction.offset.sigma);
         let part = (SECOND_START * result.mu).min(result.mu - OFFSETS * offset);
-        part.max(0.0) * load.copied().unwrap_or(0.0) * self.wheel_radius
+        part.max(0.0) * load.copied().unwrap_or(0.0) * self.settings.robot.geometry.wheel_radius
     }
 
     fn follow_torques(&mut self, input: &ControlInput<'_>) {
@@ -199,8 +198,8 @@ impl FrictionTests {
     /// The torque of the tested wheel, N m. `None` between the tests.
     fn advance(&mut self, input: &ControlInput<'_>) -> Option<f64> {
         let now = input.frame.time;
-        let idle = self.viscous_damping * input.set_speed;
-        let longest = self.longest / self.plan.rate;
+        let idle = self.settings.viscous_damping * input.set_speed;
+        let longest = self.longest / self.settings.friction_test.rate;
         let ramp = match &mut self.stage {
             Stage::Waiting(_) => return None,
             Stage::First(ramp) => ramp,
@@ -211,17 +210,23 @@ impl FrictionTests {
                 ramp
             }
         };
-        if let Some(torque) = ramp.update(input, idle, self.torque_limit) {
+        if let Some(torque) = ramp.update(input, idle, self.settings.torque_limit) {
             return Some(torque);
         }
         let result = ramp.test.result;
-        if self.plan.both_ways && matches!(self.stage, Stage::First(_)) {
+        if self.settings.friction_test.both_ways && matches!(self.stage, Stage::First(_)) {
             let back = -self.direction(result.wheel);
             // Where no wheel slipped nothing is expected.
             let [limit, _] = result.limits;
             let expected = limit.map_or(0.0, |_| self.least_expected(&result, input));
             let torque = [idle, idle + back * expected];
-            let ramp = Ramp::new(result.wheel, now, torque, back * self.plan.rate, self.unit);
+            let ramp = Ramp::new(
+                result.wheel,
+                now,
+                torque,
+                back * self.settings.friction_test.rate,
+                self.unit,
+            );
             self.stage = Stage::Second(ramp, result);
             return Some(idle);
         }

@@ -1,7 +1,7 @@
 //! Ramps on made-up estimates: what is commanded when.
 
 use super::*;
-use crate::ControlKind;
+use crate::{ControlKind, FrictionTestPlan};
 use robhaz_estimator::{
     Estimate, Estimator, EstimatorSettings, KalmanReport, LinkReading, NeededFriction, SensorFrame,
     SlipEvent, WheelFriction,

@@ -23,7 +23,7 @@ pub struct FrictionTest {
     pub result: FrictionTestResult,
     phase: FrictionTestPhase,
     /// Start of the ramp, and the last estimate, s.
-    start: f64,
+    pub(super) start: f64,
     last: f64,
     /// Whether each wheel has gripped since the start: what slipped before says nothing of the
     /// ramp.

@@ -79,11 +79,7 @@ pub fn largest_integral_ratio(rate: f64) -> f64 {
 /// The control with its state from sample to sample.
 #[derive(Clone, Debug)]
 pub struct Shared {
-    kp: f64,
-    ki: f64,
-    torque_limit: f64,
-    tracking_time: f64,
-    viscous_damping: f64,
+    settings: ControlSettings,
     mean_load: f64,
     speeds: [WheelSpeed; 3],
     /// Smoothed normal forces that decide the shares, N.
@@ -107,11 +103,7 @@ impl Shared {
     pub fn new(settings: &ControlSettings) -> Self {
         let mean_load = settings.robot.mean_wheel_load();
         Self {
-            kp: settings.kp,
-            ki: settings.ki,
-            torque_limit: settings.torque_limit,
-            tracking_time: settings.tracking_time,
-            viscous_damping: settings.viscous_damping,
+            settings: settings.clone(),
             mean_load,
             speeds: Default::default(),
             loads: [mean_load; 3],
@@ -144,16 +136,16 @@ impl Shared {
         let error = self.pace * input.set_speed - motion.reference;
         // The first torques are those that the drives have.
         let held: f64 = input.torques().iter().flatten().sum();
-        let integral = *self.integral.get_or_insert(if self.ki > 0.0 {
-            held / (3.0 * self.ki)
+        let integral = *self.integral.get_or_insert(if self.settings.ki > 0.0 {
+            held / (3.0 * self.settings.ki)
         } else {
             0.0
         });
-        let wanted = 3.0 * (self.kp * error + self.ki * integral);
+        let wanted = 3.0 * (self.settings.kp * error + self.settings.ki * integral);
         let torques = self.shared(wanted, &motion);
-        if self.ki > 0.0 {
+        if self.settings.ki > 0.0 {
             let excess = wanted - torques.iter().sum::<f64>();
-            let rate = error - excess / (3.0 * self.ki * self.tracking_time);
+            let rate = error - excess / (3.0 * self.settings.ki * self.settings.tracking_time);
             self.integral = Some(integral + dt * rate);
         }
         torques
@@ -205,7 +197,9 @@ impl Shared {
 
     /// The torques of the wheels, N m, for the torque of all (N m).
     fn shared(&self, wanted: f64, motion: &Motion) -> [f64; 3] {
-        let losses = motion.speeds.map(|speed| self.viscous_damping * speed);
+        let losses = motion
+            .speeds
+            .map(|speed| self.settings.viscous_damping * speed);
         let traction = wanted - losses.iter().sum::<f64>();
         let total: f64 = self.loads.iter().sum();
         let mut torques = [0.0; 3];
@@ -217,8 +211,11 @@ impl Shared {
             };
             let unloaded = (1.0 - self.loads[i] / (UNLOADED * self.mean_load)).max(0.0);
             let held = unloaded * (motion.reference - motion.speeds[i]);
-            let torque = losses[i] + share * traction + self.kp * (held - motion.excess[i]);
-            torques[i] = torque.max(-self.torque_limit).min(self.torque_limit);
+            let torque =
+                losses[i] + share * traction + self.settings.kp * (held - motion.excess[i]);
+            torques[i] = torque
+                .max(-self.settings.torque_limit)
+                .min(self.settings.torque_limit);
         }
         torques
     }

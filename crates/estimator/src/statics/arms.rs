@@ -2,7 +2,7 @@
 //! instead of angles.
 
 use robhaz_model::{
-    Bar, Carrier, Geometry, Posture, PostureError, Vec2, corner_s, cross, direction, perp, turned,
+    Bar, Carrier, Dyad, Geometry, Posture, PostureError, Vec2, cross, direction, perp, turned,
 };
 
 /// Positions relative to Q in world axes, m, in the posture that links 1 and 2 give.
@@ -51,7 +51,7 @@ impl Arms {
         let (axis1, axis2) = (axis(theta1), axis(theta2));
         let p = turned(axis1, pins.p - pins.q);
         let r = turned(axis2, pins.r - pins.q);
-        let s = corner_s(geometry, p, r)?;
+        let s = Dyad::new(geometry).s(p, r)?;
         let axis_body = turn_between(pins.s - pins.p, s - p);
         let axis3 = turn_between(pins.s - pins.r, s - r);
         let carried = |i: usize| [axis1, axis2][geometry.carriers[i].index()];

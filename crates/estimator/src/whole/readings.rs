@@ -130,7 +130,7 @@ impl SideReadings {
                 wheels: of(&frame.wheel_angle, side),
             };
             let links = self.mounts[side].links(frame.time, &reading);
-            let [link1, link2] = LinkReading::of(&links).map(|link| LinkReading {
+            let [link1, link2] = links.map(|link| LinkReading {
                 rate_error: root_sum_square(link.rate_error, of_rocker),
                 ..link
             });

@@ -10,6 +10,11 @@ use proptest::prelude::*;
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::{GRAVITY, Geometry, MassSet, PointMasses, Posture, Robot, Vec2};
 
+const NOMINAL: Posture = Posture {
+    body: 0.0,
+    links: [0.0; 3],
+};
+
 fn geometry(is_b: bool) -> Geometry {
     if is_b { Geometry::b() } else { Geometry::a() }
 }
@@ -67,7 +72,7 @@ fn masses() -> impl Strategy<Value = PointMasses> {
 fn worked_posture() {
     let robot = Robot::default_a();
     let (geometry, masses) = (&robot.geometry, robot.mass.true_points());
-    let posture = Posture::NOMINAL;
+    let posture = NOMINAL;
     // The front wheel stands on a slope of 0.1 rad; tractions in N.
     let (contact_angle, traction) = ([0.1, 0.0, 0.0], [4.0, 1.0, 1.0]);
 
@@ -115,7 +120,7 @@ fn static_loads_on_level_ground() {
         (Geometry::b(), [46.21, 45.65, 45.48]),
     ] {
         let masses = MassSet::caption().true_points();
-        let (_, _, reduced) = systems(&geometry, &masses, &Posture::NOMINAL, &[0.0; 3]);
+        let (_, _, reduced) = systems(&geometry, &masses, &NOMINAL, &[0.0; 3]);
         let found = reduced.normal_forces(&[0.0; 3]).expect("regular");
         for (n, e) in found.normal_force.iter().zip(expected) {
             // Expected values are stated to 0.01 N.
@@ -284,7 +289,7 @@ fn a_straight_line_through_p_r_s_is_refused() {
     let full = FullSystem::new(
         &geometry,
         &MassSet::caption().true_points(),
-        &Posture::NOMINAL,
+        &NOMINAL,
         &[0.0; 3],
     );
     assert_eq!(

@@ -12,7 +12,6 @@ use robhaz_score::events::{Event, EventKind};
 use robhaz_score::{Excuse, ForceErrors, GroundErrors};
 use robhaz_sim::clearance::Clearances;
 use robhaz_sim::friction::{FrictionKind, FrictionLaw, Parameter};
-use robhaz_sim::rolling::RollingResistance;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
 
@@ -173,8 +172,8 @@ impl FrictionSummary {
             v_s,
             v_d,
             slip_stiffness: _,
+            rolling,
         } = world.friction;
-        let RollingResistance { coefficient } = world.rolling;
         let own = |kind: FrictionKind| kind.parameters().iter().filter(|p| !p.is_shared);
         let parameter = |of: FrictionKind, p: &Parameter| {
             let value = (of == kind).then(|| p.of(&world.friction));
@@ -188,7 +187,7 @@ impl FrictionSummary {
             v_s,
             v_d,
             parameters: FrictionKind::ALL.into_iter().flat_map(of).collect(),
-            rolling_resistance: coefficient,
+            rolling_resistance: rolling,
         }
     }
 

@@ -3,7 +3,7 @@
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_keys::prelude::{ANGLE, ANGULAR_RATE, Dimension, TORQUE};
-use robhaz_model::{BodyMount, BodyReading, Coupling, LinkReadings};
+use robhaz_model::{BodyMount, BodyReading, Coupling};
 
 /// Names of readings, a line for each sensor or wheel: its name, and what is read of it.
 macro_rules! readings {
@@ -169,7 +169,7 @@ pub(super) fn is_of_body(name: &str) -> Option<bool> {
 /// The frame of a time (s) and its readings; with a `mount` the links' are made of the body's.
 pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> SensorFrame {
     let wheel = |part: usize| [0, 1, 2].map(|i| values[WHEELS + 3 * i + part]);
-    let links = match mount {
+    let [link1, link2] = match mount {
         Some(mount) => {
             let [inclination, rate, pin] = BODY.map(|i| values[i]);
             let read = BodyReading {
@@ -180,13 +180,12 @@ pub fn frame(time: f64, values: &Values, mount: Option<&mut BodyMount>) -> Senso
             };
             mount.links(time, &read)
         }
-        None => LinkReadings {
-            inclination: INCLINATION.map(|i| values[i]),
-            rate: RATE.map(|i| values[i]),
-            rate_error: RATE_ERROR.map(|i| values[i].unwrap_or(0.0)),
-        },
+        None => [0, 1].map(|i: usize| LinkReading {
+            inclination: values[INCLINATION[i]],
+            rate: values[RATE[i]],
+            rate_error: values[RATE_ERROR[i]].unwrap_or(0.0),
+        }),
     };
-    let [link1, link2] = LinkReading::of(&links);
     SensorFrame {
         time,
         wheel_angle: wheel(0),

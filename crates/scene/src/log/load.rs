@@ -1,7 +1,8 @@
 //! The keys of a log description; from a file to a [`LogChoice`], and back.
 
 use super::choice::{LogChoice, LogSides, STATED};
-use super::mapping::{self, CHANNELS, Missing};
+use super::frame::READINGS;
+use super::mapping::{self, CHANNELS};
 use super::reading::{IMUS, READING};
 use crate::estimators::Estimators;
 use crate::robot::{ROBOT, RobotChoice};
@@ -46,7 +47,9 @@ keys! {
     time_base ("the first"): Maybe(text("a text")) => (|l| &mut l.mapped().time_base);
 
     /// readings that the log does not have
-    missing: Missing => (|l| &mut l.mapped().missing);
+    missing: list(
+        word(READINGS, |name| name), "an array of names of readings", [0, READINGS.len()], || "",
+    ) => (|l| &mut l.mapped().missing);
 
     /// tables or topics with a clock of their own
     channel: CHANNELS => (|l| &mut l.mapped().channels);
@@ -366,7 +369,8 @@ impl RobotChoice {
             "A weighed robot, and how exact it is. SI units. For `robhaz estimate --robot`.";
         let mut robot = self.clone();
         let mut out = Out(Out::file(comment, version, &[], &mut robot));
-        ROBOT.tables(&mut out, "robot", "geometry and masses", &mut robot);
+        let about = "geometry and masses";
+        ROBOT.tables(&mut out, "[robot]", "robot", about, &mut robot);
         let mut choice = LogChoice::default();
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);

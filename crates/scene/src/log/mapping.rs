@@ -1,9 +1,8 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use super::frame::{READINGS, Reading, is_of_body, is_of_both};
+use super::frame::{Reading, is_of_body, is_of_both};
 use super::reading::{ANY, ImuChoice, ReadingChoice};
 use robhaz_keys::prelude::*;
-use serde_json::{Value as Json, json};
 
 /// The columns of a log and the readings that follow from them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,7 +10,7 @@ pub struct Mapping {
     /// Name of the channel whose rows are the frames. `None` for the first.
     pub time_base: Option<String>,
     /// Readings that the log does not have.
-    pub missing: Vec<String>,
+    pub missing: Vec<&'static str>,
     /// `[[channel]]`: tables or topics. Empty for the log's only table.
     pub channels: Vec<ChannelChoice>,
     /// `[reading.NAME]`
@@ -80,11 +79,10 @@ keys! {
 }
 
 /// `[[channel]]`
-pub(super) const CHANNELS: List<ChannelChoice> = List {
-    keys: CHANNEL_KEYS,
+pub(super) const CHANNELS: List<Table<ChannelChoice>> = List {
+    item: section(CHANNEL_KEYS),
     words: "an array of tables, each headed [[channel]]",
-    least: 0,
-    most: 1000,
+    count: [0, 1000],
     start: || ChannelChoice {
         time_unit: TIME_UNITS[0],
         ..ChannelChoice::default()
@@ -105,28 +103,6 @@ pub(super) const CHANNELS: List<ChannelChoice> = List {
         }
     },
 };
-
-/// Names of readings.
-pub(super) struct Missing;
-
-impl Form for Missing {
-    type Value = Vec<String>;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
-        for (item, path) in reader.items(node, path, 0..=usize::MAX, || self.allowed()) {
-            let found = reader.word(READINGS, item, &path);
-            into.extend(found.map(|i| READINGS[i].to_owned()));
-        }
-    }
-
-    fn about(&self) -> About {
-        About::new("an array of names of readings")
-    }
-
-    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        items(json!({"enum": READINGS}), 0, READINGS.len())
-    }
-}
 
 /// Whether the sensor of a reading's link has columns of their own for both of its readings.
 fn is_without_use(mapping: &Mapping, reading: &str) -> bool {
@@ -204,7 +180,7 @@ fn places(mapping: &Mapping, name: &str, both: bool) -> Vec<String> {
     let imus = (mapping.imus.iter()).map(|i| (name.starts_with(i.link), "imu", i.link));
     let found = readings.chain(imus).filter(|(is_it, ..)| *is_it);
     let mut places: Vec<String> = found.map(|(_, table, of)| join(table, of)).collect();
-    if mapping.missing.iter().any(|missing| missing == name) {
+    if mapping.missing.contains(&name) {
         places.push("missing".to_owned());
     }
     // A reading of its own stands in place of that of the sensor, whose parts may have topics of their own.

@@ -15,30 +15,31 @@ pub(crate) fn too_large(robot: &Robot) -> Option<Fault> {
     // The rotors, through their gears, resist as a mass of inertia over radius squared at the rims would: that of the
     // whole robot is far above what a motor has.
     let whole = ("the robot", mass.total(), size);
-    let mut links = mass.links.into_iter().zip(mass.link_inertias);
-    beyond("body_inertia", mass.body_inertia, body)
-        .or_else(|| beyond("wheel_inertia", mass.wheel_inertia, wheel))
-        .or_else(|| beyond("rotor_inertia", mass.rotor_inertia, whole))
-        .or_else(|| links.find_map(|(mass, found)| of_link(found, mass, size)))
+    let own = [
+        ("body_inertia", mass.body_inertia, body),
+        ("wheel_inertia", mass.wheel_inertia, wheel),
+        ("rotor_inertia", mass.rotor_inertia, whole),
+    ];
+    let links = mass.link_inertias.into_iter().zip(mass.links);
+    let links = links.map(|(found, mass)| ("link_inertias", found, ("a link", mass, size)));
+    own.into_iter().chain(links).find_map(beyond)
 }
 
 /// The same of a key under `robot.across`.
 pub(crate) fn too_large_across(rover: &WholeRover) -> Option<Fault> {
-    let (mass, geometry) = (&rover.side.mass, &rover.side.geometry);
+    let mass = &rover.side.mass;
     let width = 2.0 * rover.half_tracks.into_iter().fold(0.0, f64::max);
     let size = size(&rover.side).hypot(width);
     let body = ("the body", 2.0 * mass.body, size);
-    let mut bodies = rover.body_inertia.into_iter();
-    let links = rover.link_inertias.into_iter().zip(mass.links);
-    let mut links = links.flat_map(|(found, mass)| found.map(|found| (found, mass)));
-    let wheel = ("a wheel", mass.wheel, geometry.wheel_radius);
-    (bodies.find_map(|found| beyond("body_inertia", found, body)))
-        .or_else(|| links.find_map(|(found, mass)| of_link(found, mass, size)))
-        .or_else(|| beyond("wheel_inertia", rover.wheel_inertia, wheel))
-}
-
-fn of_link(found: f64, mass: f64, size: f64) -> Option<Fault> {
-    beyond("link_inertias", found, ("a link", mass, size))
+    let body = (rover.body_inertia).map(|found| ("body_inertia", found, body));
+    let links = [0, 1].map(|i| {
+        let link = ("a link", mass.links[i], size);
+        rover.link_inertias[i].map(|found| ("link_inertias", found, link))
+    });
+    let wheel = ("a wheel", mass.wheel, rover.side.geometry.wheel_radius);
+    let wheel = ("wheel_inertia", rover.wheel_inertia, wheel);
+    let mut all = body.into_iter().chain(links.concat()).chain([wheel]);
+    all.find_map(beyond)
 }
 
 /// No part of a side reaches farther than from wheel to wheel and as high as the highest pin or centre, m.
@@ -55,7 +56,7 @@ fn size(robot: &Robot) -> f64 {
 }
 
 /// The key of an inertia that is too large, and why.
-fn beyond(key: &'static str, found: f64, (part, mass, size): Part) -> Option<Fault> {
+fn beyond((key, found, (part, mass, size)): (&'static str, f64, Part)) -> Option<Fault> {
     let most = mass * size * size;
     (found > most).then(|| {
         let message = format!(

@@ -56,9 +56,9 @@ impl Form for Part {
         json!({"anyOf": [{"enum": self.names()}, {"type": "string", "pattern": r"\.toml$"}, table]})
     }
 
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut RobotChoice) {
-        out.head(&format!("[{path}]"), meaning);
-        out.table(self.keys, value, path);
+    fn tables(&self, out: &mut Out, head: &str, path: &str, about: &str, of: &mut RobotChoice) {
+        out.head(head, about);
+        out.table(self.keys, of, path);
     }
 
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, value: &mut RobotChoice) {

@@ -5,7 +5,7 @@ use crate::robot::fault::report;
 use crate::robot::inertias::too_large;
 use crate::robot::keys::{GEOMETRY_PART, KEYS, MASS_PART};
 use robhaz_keys::prelude::*;
-use robhaz_model::{Bar, Pin, StanceError};
+use robhaz_model::{Bar, StanceError};
 
 /// `[robot]`
 pub(crate) const ROBOT: Table<RobotChoice> = Table {
@@ -64,12 +64,9 @@ fn check_stance(reader: &mut Reader, section: &Node, robot: &RobotChoice) {
 fn stance_keys(error: &StanceError) -> &'static [&'static str] {
     match error {
         StanceError::WheelsOverlap { .. } => &["axles", "wheel_radius"],
-        StanceError::PinBelowGround { pin, .. } => match pin {
-            Pin::P => &["pins.p"],
-            Pin::Q => &["pins.q"],
-            Pin::R => &["pins.r"],
-            Pin::S => &["pins.s"],
-        },
+        StanceError::PinBelowGround { pin, .. } => {
+            [&["pins.p"], &["pins.q"], &["pins.r"], &["pins.s"]][*pin as usize]
+        }
         StanceError::CentreBelowGround { bar, .. } if *bar != Bar::Body => &["link_cg"],
         StanceError::CentreBelowGround { .. } => &["body_cg"],
         StanceError::TipsForward { .. } | StanceError::TipsBackward { .. } => {

@@ -102,7 +102,7 @@ keys! {
 
     /// whole numbers drawn uniformly from [first, last]
     whole: Plain {
-        schema: || items(json!({"type": "integer"}), 2, 2),
+        schema: || items(json!({"type": "integer"}), [2, 2]),
         ..drawn("[first, last], whole numbers from 0 on, first not above last", |node| {
             let [first, last] = pair(node, index)?;
             (first <= last).then_some(Some(Distribution::Whole(first, last)))
@@ -120,7 +120,7 @@ const fn drawn(
     words: &'static str,
     read: fn(&Node) -> Option<Option<Distribution>>,
 ) -> Plain<Option<Distribution>> {
-    read_only(words, || items(json!({"type": "number"}), 2, 2), read)
+    read_only(words, || items(json!({"type": "number"}), [2, 2]), read)
 }
 
 fn key_of(node: &Node) -> Option<String> {

@@ -254,18 +254,13 @@ impl BaseScene {
         let overrides: Vec<String> = of_study.chain(of_run).collect();
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let shown = self.path.display().to_string();
-        Scene::parse(&self.text, &shown, folder, &overrides).map_err(|error| {
-            let moved = error
-                .problems
-                .into_iter()
-                .map(|p| match place(study, settings, &p) {
-                    Some(origin) => p.moved_to(origin),
-                    None => p,
-                });
-            FileError {
-                problems: moved.collect(),
-                count: error.count,
+        Scene::parse(&self.text, &shown, folder, &overrides).map_err(|mut error| {
+            for problem in &mut error.problems {
+                if let Some(origin) = place(study, settings, problem) {
+                    problem.move_to(origin);
+                }
             }
+            error
         })
     }
 }

@@ -39,14 +39,10 @@ keys! {
     pub(super) BUMPS: TerrainChoice;
 
     /// kind bumps only: Gaussian bumps that add up
-    bumps (required): List {
-        keys: BUMP,
-        words: "an array of 1 to 1000 tables {height, centre, width}",
-        least: 1,
-        most: 1000,
-        start: || Bump { height: 0.0, centre: 0.0, width: 1.0 },
-        check: |_, _, _, _, _| {},
-    } => values.bumps;
+    bumps (required): list(
+        section(BUMP), "an array of 1 to 1000 tables {height, centre, width}", [1, 1000],
+        || Bump { height: 0.0, centre: 0.0, width: 1.0 },
+    ) => values.bumps;
 }
 
 keys! {
@@ -195,12 +191,11 @@ keys! {
 }
 
 /// `[[terrain.stretch]]`
-const STRETCH_LIST: List<Stretch> = List {
-    keys: STRETCH,
+const STRETCH_LIST: List<Table<Stretch>> = List {
+    item: section(STRETCH),
     words: "up to 1000 tables, each headed [[terrain.stretch]]",
-    least: 0,
     // Each contact looks them up.
-    most: 1000,
+    count: [0, 1000],
     start: || Stretch {
         from: 0.0,
         to: 0.0,

@@ -110,7 +110,10 @@ keys! {
 
     /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to
     /// front
-    part (required): Parts => values.parts;
+    part (required): list(
+        Terrain { is_part: true }, "1 to 100 tables, each headed [[terrain.part]]", [1, 100],
+        TerrainChoice::default,
+    ) => values.parts;
 }
 
 /// A ground.
@@ -163,10 +166,31 @@ impl Terrain {
         reader.refuse(&key, &join(path, name), &allowed);
     }
 
-    /// Writes its keys, whose heading is written.
-    fn write(&self, out: &mut Out, path: &str, choice: &mut TerrainChoice) {
-        let kind = KINDS.iter().find(|kind| kind.name == choice.kind);
-        out.table(self.keys(kind.unwrap_or(&KINDS[0])), choice, path);
+    /// The schema: all keys of the kinds, and for each kind which of them it takes.
+    pub fn rules(&self) -> Json {
+        let kinds = self.kinds();
+        let mut all = key::properties(COMMON, None);
+        all["kind"]["enum"] = json!(self.names());
+        let mut rules = Vec::new();
+        for kind in kinds {
+            let mut condition = json!({"properties": {"kind": {"const": kind.name}}});
+            if kind.name != DEFAULT {
+                condition["required"] = json!(["kind"]);
+            }
+            rules.push(json!({
+                "if": condition,
+                "then": {
+                    "propertyNames": {"enum": key::names(self.keys(kind))},
+                    "required": key::required(self.keys(kind)),
+                },
+            }));
+            let own = self.keys(kind).skip(COMMON.len());
+            let mut ground = TerrainChoice::standard(kind.name);
+            all.extend(key::properties(own, Some(&mut ground)));
+        }
+        let mut schema = object(all, &[]);
+        schema["allOf"] = json!(rules);
+        schema
     }
 }
 
@@ -210,43 +234,23 @@ impl Form for Terrain {
         }
     }
 
-    /// All keys of the kinds, and for each kind which of them it takes.
     fn schema(&self, _defaults: Option<&mut TerrainChoice>) -> Json {
-        let kinds = self.kinds();
-        let mut all = key::properties(COMMON, None);
-        all["kind"]["enum"] = json!(self.names());
-        let mut rules = Vec::new();
-        for kind in kinds {
-            let mut condition = json!({"properties": {"kind": {"const": kind.name}}});
-            if kind.name != DEFAULT {
-                condition["required"] = json!(["kind"]);
-            }
-            rules.push(json!({
-                "if": condition,
-                "then": {
-                    "propertyNames": {"enum": key::names(self.keys(kind))},
-                    "required": key::required(self.keys(kind)),
-                },
-            }));
-            let own = self.keys(kind).skip(COMMON.len());
-            all.extend(key::properties(
-                own,
-                Some(&mut TerrainChoice::standard(kind.name)),
-            ));
+        match self.is_part {
+            true => json!({"$ref": "#/definitions/part"}),
+            false => self.rules(),
         }
-        let mut schema = object(all, &[]);
-        schema["allOf"] = json!(rules);
-        schema
     }
 
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut TerrainChoice) {
-        out.head(&format!("[{path}]"), meaning);
-        self.write(out, path, value);
+    fn tables(&self, out: &mut Out, head: &str, path: &str, about: &str, of: &mut TerrainChoice) {
+        out.head(head, about);
+        let kind = KINDS.iter().find(|kind| kind.name == of.kind);
+        out.table(self.keys(kind.unwrap_or(&KINDS[0])), of, path);
     }
 
     fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut TerrainChoice) {
         let mut below = Vec::new();
-        for kind in KINDS {
+        // The keys of parts are those of the whole.
+        for kind in KINDS.iter().filter(|_| !self.is_part) {
             let mut ground = TerrainChoice::standard(kind.name);
             for key in self.keys(kind) {
                 // Several kinds have the same key.
@@ -258,39 +262,6 @@ impl Form for Terrain {
             }
         }
         rows.extend(below);
-    }
-}
-
-/// The parts of a course.
-pub(super) struct Parts;
-
-/// Largest number of parts.
-const MOST_PARTS: usize = 100;
-
-impl Form for Parts {
-    type Value = Vec<TerrainChoice>;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
-        for (item, path) in reader.items(node, path, 1..=MOST_PARTS, || self.allowed()) {
-            let mut part = TerrainChoice::default();
-            Terrain { is_part: true }.read(reader, item, &path, &mut part);
-            into.push(part);
-        }
-    }
-
-    fn about(&self) -> About {
-        About::new("1 to 100 tables, each headed [[terrain.part]]")
-    }
-
-    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        items(json!({"$ref": "#/definitions/part"}), 1, MOST_PARTS)
-    }
-
-    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Self::Value) {
-        for part in value {
-            out.head(&format!("[[{path}]]"), "");
-            Terrain { is_part: true }.write(out, path, part);
-        }
     }
 }
 

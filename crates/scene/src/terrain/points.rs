@@ -67,7 +67,7 @@ impl Form for Points {
     }
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        items(POINT.schema(None), 2, MOST)
+        items(POINT.schema(None), [2, MOST])
     }
 }
 

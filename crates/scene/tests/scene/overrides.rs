@@ -255,7 +255,7 @@ fn grades_are_changed_key_by_key() {
         torque_noise: 0.5,
         rate_bias: 2.0_f64.to_radians(),
         jitter: 0.0,
-        ..SensorSpec::poor()
+        ..Grade::Poor.sensors()
     };
     assert_eq!(scene.sensors.spec, expected);
     let expected = ModelError {
@@ -274,7 +274,7 @@ fn another_grade_drops_the_errors_of_the_old_one() {
     let scene = good(text, &["sensors.rate_noise=1", "sensors.grade=poor"]);
     let expected = SensorSpec {
         rate_noise: 1.0,
-        ..SensorSpec::poor()
+        ..Grade::Poor.sensors()
     };
     assert_eq!(scene.sensors.spec, expected);
     assert!(close(scene.sensors.rate, 2000.0));

@@ -108,7 +108,7 @@ impl Equations {
     #[inline]
     pub fn evaluate(&mut self, state: &State, torques: [f64; 3]) -> Result<(), NoForces> {
         self.kinematics.set(&self.mechanics.linkage, state)?;
-        (self.forces).solve(&mut self.mechanics, &self.kinematics, state, torques)
+        (self.forces).solve(&mut self.mechanics, &self.kinematics, torques)
     }
 
     /// The rates dy/dt.
@@ -134,7 +134,7 @@ impl Equations {
         for (i, ground) in forces.ground.iter().enumerate() {
             let omega = state.omega[i];
             let load = WheelLoad::new(ground, mechanics.drive.loss_torque(omega));
-            let motion = kinematics.wheel(i, &state);
+            let motion = kinematics.wheel(i);
             rates.add_wheel(i, &load, &motion, omega, 1.0);
         }
         let [a, b, c] = rates.impulse;
@@ -148,8 +148,7 @@ impl Equations {
         let here = self.drives(t, y);
         self.kinematics.set(&self.mechanics.linkage, &state)?;
         let torques = here.map(|drive| drive.torque);
-        self.tangents
-            .evaluate(&mut self.mechanics, &self.kinematics, &state, torques)?;
+        (self.tangents).evaluate(&mut self.mechanics, &self.kinematics, torques)?;
         let matrix = &self.tangents.matrix;
         let mut jacobian = Jacobian {
             by_position: matrix.fixed_columns::<4>(0).into_owned(),
@@ -232,14 +231,13 @@ impl Model<SIZE, INTEGRALS> for Equations {
         if self.jumps.places.is_empty() {
             return longest;
         }
-        let state = state(y);
         let Mechanics { robot, linkage, .. } = &self.mechanics;
-        if self.kinematics.set(linkage, &state).is_err() {
+        if self.kinematics.set(linkage, &state(y)).is_err() {
             return longest;
         }
         let accelerations = rates.fixed_rows::<4>(RATES).into_owned();
-        let motion = (&state, &accelerations);
-        let (longest, arrives) = (self.jumps).next(robot, &self.kinematics, motion, longest);
+        let (longest, arrives) =
+            (self.jumps).next(robot, &self.kinematics, &accelerations, longest);
         if arrives {
             self.jump_at = t + longest;
         }

@@ -5,7 +5,7 @@
 //! friction stretch ends, the traction jumps. A step across such a place has no order. It therefore
 //! ends there, and the next one starts short.
 
-use crate::mechanics::{Kinematics, State};
+use crate::mechanics::Kinematics;
 use crate::setup::PlantSetup;
 use nalgebra::Vector4;
 use robhaz_model::{Robot, Vec2};
@@ -49,13 +49,13 @@ impl Jumps {
         &self,
         robot: &Robot,
         kinematics: &Kinematics,
-        (state, accelerations): (&State, &Vector4<f64>),
+        accelerations: &Vector4<f64>,
         longest: f64,
     ) -> (f64, bool) {
         let mut next = (longest, false);
         for wheel in 0..3 {
-            let motion = kinematics.wheel(wheel, state);
-            let acceleration = kinematics.axle_acceleration(wheel, accelerations);
+            let motion = kinematics.wheel(wheel);
+            let acceleration = kinematics.axles[wheel].acceleration(accelerations);
             let speed = motion.velocity.norm();
             let reach = self.radius + speed * longest;
             let (from, to) = (motion.centre.x - reach, motion.centre.x + reach);

@@ -4,6 +4,9 @@
 
 use nalgebra::{Complex, SVector};
 
+/// What belongs to the three stages of a step.
+pub(super) type Stages<const M: usize> = [SVector<f64, M>; 3];
+
 /// Nodes of the method besides 1: (4 -+ sqrt 6)/10.
 pub(super) const C1: f64 = 0.155_051_025_721_682_2;
 pub(super) const C2: f64 = 0.644_948_974_278_317_8;
@@ -65,11 +68,11 @@ pub(super) const ERROR: [f64; 3] = [-10.048_809_399_827_416, 1.382_142_733_160_7
 
 /// Cubic polynomial over a step, as divided differences from the end of the step.
 #[derive(Clone, Copy)]
-pub(super) struct Cubic<const M: usize>(pub [SVector<f64, M>; 3]);
+pub(super) struct Cubic<const M: usize>(pub Stages<M>);
 
 impl<const M: usize> Cubic<M> {
     /// From the increments at the three nodes.
-    pub fn new(z: &[SVector<f64, M>; 3]) -> Self {
+    pub fn new(z: &Stages<M>) -> Self {
         let b = (z[1] - z[2]) / (C2 - 1.0);
         let ak = (z[0] - z[1]) / (C1 - C2);
         let c = (ak - b) / (C1 - 1.0);
@@ -86,9 +89,6 @@ impl<const M: usize> Cubic<M> {
 }
 
 /// Product of the matrix `rows` with three vectors.
-pub(super) fn combined<const M: usize>(
-    rows: &[[f64; 3]; 3],
-    v: &[SVector<f64, M>; 3],
-) -> [SVector<f64, M>; 3] {
+pub(super) fn combined<const M: usize>(rows: &[[f64; 3]; 3], v: &Stages<M>) -> Stages<M> {
     rows.map(|[a, b, c]| v[0] * a + v[1] * b + v[2] * c)
 }

@@ -53,11 +53,7 @@ const FIRST_STEP: f64 = 1e-5;
 /// A simulation by the equations of motion.
 pub struct DirectEngine {
     equations: Equations,
-    /// `None` before the first truth.
-    solver: Option<Radau<SIZE, INTEGRALS, Equations>>,
-    start: Y,
-    weights: Y,
-    tolerance: f64,
+    solver: Radau<SIZE, INTEGRALS, Equations>,
     period: f64,
     /// Commands from the next truth on.
     commands: [WheelCommand; 3],
@@ -67,32 +63,27 @@ pub struct DirectEngine {
 
 impl DirectEngine {
     /// The robot at its start.
-    pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Self {
-        Self {
-            equations: Equations::new(setup),
-            solver: None,
-            start: layout::start(start),
-            weights: weights(&setup.drive),
-            tolerance: setup.tolerance,
+    ///
+    /// # Errors
+    /// [`PlantError`] where the forces of the start cannot be computed.
+    pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Result<Self, PlantError> {
+        let mut equations = Equations::new(setup);
+        let scale = weights(&setup.drive) * setup.engine.tolerance;
+        let scale = scale.map(|error| error.max(ROUNDING));
+        let solver = Radau::new(&mut equations, &layout::start(start), scale, FIRST_STEP);
+        Ok(Self {
+            solver: solver.map_err(|_| refusal(0.0, equations.refusal))?,
+            equations,
             period: setup.period,
             commands: Default::default(),
             records: 0,
-        }
+        })
     }
 
     /// The solver after its first step that reaches `time` (s), which must not decrease from call
     /// to call.
     fn reach(&mut self, time: f64) -> Result<&Radau<SIZE, INTEGRALS, Equations>, PlantError> {
-        let equations = &mut self.equations;
-        let solver = match &mut self.solver {
-            Some(solver) => solver,
-            none => {
-                let scale = (self.weights * self.tolerance).map(|error| error.max(ROUNDING));
-                let solver = Radau::new(equations, &self.start, scale, FIRST_STEP)
-                    .map_err(|_| refusal(time, equations.refusal))?;
-                none.insert(solver)
-            }
-        };
+        let (equations, solver) = (&mut self.equations, &mut self.solver);
         let mut left = most_steps(self.period);
         while solver.time < time {
             // A state that oscillates between two laws can take an unlimited number of tiny steps.
@@ -120,12 +111,8 @@ impl DirectEngine {
         }
         equations.commands = self.commands;
         equations.next_command = next;
-        match &mut self.solver {
-            Some(solver) => solver
-                .restart(equations, time)
-                .map_err(|_| refusal(time, equations.refusal)),
-            None => Ok(()),
-        }
+        let restarted = self.solver.restart(equations, time);
+        restarted.map_err(|_| refusal(time, equations.refusal))
     }
 
     /// Evaluates all forces at a state.
@@ -143,18 +130,18 @@ impl DirectEngine {
         let (mechanics, kinematics) = (&equations.mechanics, &equations.kinematics);
         let forces = &equations.forces;
         let truth = &mut instant.truth;
-        truth.body = kinematics.bar(Bar::Body, &state);
-        truth.links = Bar::LINKS.map(|bar| kinematics.bar(bar, &state));
+        truth.body = kinematics.bar(Bar::Body);
+        truth.links = Bar::LINKS.map(|bar| kinematics.bar(bar));
         truth.stop_torque = forces.stop_torque;
         truth.loop_error = kinematics.loop_error(&mechanics.robot);
         for i in 0..3 {
-            let motion = kinematics.wheel(i, &state);
+            let motion = kinematics.wheel(i);
             let wheel = &mut truth.wheels[i];
             (wheel.angle, wheel.omega, wheel.torque) = (integrals[i], state.omega[i], torques[i]);
             let written = (mechanics.ground).write_truth(i, &forces.ground[i], &motion, wheel);
             written.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
         }
-        let positions = kinematics.pins(&state);
+        let positions = kinematics.pins();
         let pin_forces = forces.pin_forces(&mechanics.robot, kinematics);
         truth.pins = [0, 1, 2, 3].map(|i| PinTruth {
             position: positions[i],
@@ -168,10 +155,7 @@ impl DirectEngine {
 
 impl Engine for DirectEngine {
     fn mean_step(&self) -> f64 {
-        self.solver.as_ref().map_or(0.0, |solver| {
-            let steps = solver.work.steps.max(1) as f64;
-            solver.time / steps
-        })
+        self.solver.time / self.solver.work.steps.max(1) as f64
     }
 
     fn command(&mut self, commands: [WheelCommand; 3]) {

@@ -2,8 +2,7 @@ use super::radau::Work;
 use super::*;
 use crate::contact::ContactLaw;
 use crate::friction::{FrictionKind, FrictionLaw, Stretch};
-use crate::rolling::RollingResistance;
-use crate::{EngineKind, StartKind};
+use crate::{EngineChoice, EngineKind, StartKind};
 use nalgebra::SMatrix;
 use radau::{Model, System};
 use robhaz_model::{Geometry, PinStop, Robot};
@@ -12,14 +11,14 @@ use system::Factors;
 
 /// N of the three wheels at each record, and the work that it took.
 fn run(setup: &PlantSetup, records: u64) -> Result<(Vec<[f64; 3]>, Work, u64), PlantError> {
-    let mut engine = DirectEngine::new(setup, &Start::new(setup)?);
+    let mut engine = DirectEngine::new(setup, &Start::new(setup)?)?;
     let mut instant = Instant::default();
     let mut forces = Vec::new();
     for _ in 0..records {
         engine.next_instant(&mut instant)?;
         forces.push(instant.truth.wheels.map(|wheel| wheel.normal_force));
     }
-    let work = engine.solver.as_ref().map(|s| s.work).unwrap_or_default();
+    let work = engine.solver.work;
     Ok((forces, work, engine.equations.mechanics.ground.queries()))
 }
 
@@ -104,7 +103,7 @@ fn no_record_errs_where_the_ground_jumps() {
             match variant {
                 1 => {
                     setup.robot.geometry = Geometry::b();
-                    setup.start = StartKind::Raw;
+                    setup.engine.start = StartKind::Raw;
                     setup.contact.damping_ramp = 0.0;
                 }
                 2 => setup.stretches = vec![stretch],
@@ -114,7 +113,7 @@ fn no_record_errs_where_the_ground_jumps() {
             // The convex corner at the top of the ramp is 2 s behind the end of the slow runs.
             let records = if variant == 3 { 6_000 } else { 14_000 };
             let (found, ..) = run(&setup, records).unwrap();
-            setup.tolerance = 1e-8;
+            setup.engine.tolerance = 1e-8;
             let (exact, ..) = run(&setup, records).unwrap();
             let pairs = found.iter().flatten().zip(exact.iter().flatten());
             let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -164,9 +163,9 @@ fn with_every_force() -> PlantSetup {
             v_s: 0.01,
             v_d: 0.05,
             slip_stiffness: 10.0,
+            rolling: 0.03,
         },
         stretches: Vec::new(),
-        rolling: RollingResistance { coefficient: 0.03 },
         drive: Drive {
             speed: 0.2,
             kp: 5.0,
@@ -179,17 +178,17 @@ fn with_every_force() -> PlantSetup {
             ramp_time: 0.2,
             scalings: Vec::new(),
         },
-        start: StartKind::Settled,
-        engine: EngineKind::Direct,
-        step: 2e-4,
-        tolerance: 1e-5,
+        engine: EngineChoice {
+            kind: EngineKind::Direct,
+            ..EngineChoice::default()
+        },
         period: 1e-3,
         balance: false,
     }
 }
 
 fn the_jacobian_is_right(setup: &PlantSetup) {
-    let mut engine = DirectEngine::new(setup, &Start::new(setup).unwrap());
+    let mut engine = DirectEngine::new(setup, &Start::new(setup).unwrap()).unwrap();
     for time in [0.9, 3.0, 6.0] {
         let (y, _) = engine.reach(time).unwrap().at(time);
         println!("theta_1 - theta_2 = {}", y[2] - y[3]);

@@ -114,7 +114,7 @@ fn the_integral_rate_does_not_jump_at_saturation() {
     for limit in [-10.0, 10.0] {
         for error in [-3.0, -0.1, 0.1, 3.0] {
             let integral = (limit - drive.kp * error) / drive.ki;
-            let rate = |shift: f64| drive.integral_rate(error + shift, integral);
+            let rate = |shift: f64| drive.controlled(error + shift, integral).integral_rate;
             assert!((rate(1e-9) - rate(-1e-9)).abs() <= 4e-9);
             assert!((rate(0.0) - error).abs() < 1e-12);
         }
@@ -136,16 +136,16 @@ fn back_calculation_tracks_the_limit() {
         let mut integral = start;
         for step in 1..=4000 {
             // Midpoint rule, 0.1 ms: third order in 1e-4/0.05.
-            let half = integral + 0.5e-4 * drive.integral_rate(error, integral);
-            integral += 1e-4 * drive.integral_rate(error, half);
+            let half = integral + 0.5e-4 * drive.controlled(error, integral).integral_rate;
+            integral += 1e-4 * drive.controlled(error, half).integral_rate;
             let expected = end + (start - end) * (-1e-4 * f64::from(step) / tracking_time).exp();
             assert!((integral - expected).abs() < 1e-6, "{integral} {expected}");
         }
     }
     let drive = Drive::default();
     let at_limit = drive.torque_limit / drive.ki;
-    assert!((drive.torque(1e-6, at_limit) - 10.0).abs() < 1e-12);
-    assert!(drive.torque(-1e-6, at_limit) < 10.0);
+    assert!((drive.controlled(1e-6, at_limit).torque - 10.0).abs() < 1e-12);
+    assert!(drive.controlled(-1e-6, at_limit).torque < 10.0);
 }
 
 /// Equivalence: without integral gain, and without saturation, the rate is the error, to the
@@ -156,8 +156,11 @@ fn without_saturation_the_integral_is_that_of_the_error() {
         ki: 0.0,
         ..Drive::default()
     };
-    assert_eq!(soft.integral_rate(3.0, 0.0).to_bits(), 3.0_f64.to_bits());
-    let rate = Drive::default().integral_rate(0.3, 0.1);
+    assert_eq!(
+        soft.controlled(3.0, 0.0).integral_rate.to_bits(),
+        3.0_f64.to_bits()
+    );
+    let rate = Drive::default().controlled(0.3, 0.1).integral_rate;
     assert_eq!(rate.to_bits(), 0.3_f64.to_bits());
 }
 
@@ -172,7 +175,7 @@ fn commands_reach_the_drive() {
     assert_eq!(planned, speed);
     assert_eq!(
         planned.torque.to_bits(),
-        drive.torque(2.0 - 1.7, 0.01).to_bits()
+        drive.controlled(2.0 - 1.7, 0.01).torque.to_bits()
     );
     let mut integral = 0.02;
     for step in 1..=4000 {
@@ -185,7 +188,7 @@ fn commands_reach_the_drive() {
         assert!((integral - expected).abs() < 1e-7, "{integral} {expected}");
     }
     let left = drive.ki * 0.04 * (-0.4 / drive.tracking_time).exp();
-    assert!((drive.torque(0.0, integral) - (3.0 - left)).abs() < 1e-5);
+    assert!((drive.controlled(0.0, integral).torque - (3.0 - left)).abs() < 1e-5);
     let beyond = drive.response(WheelCommand::Torque(-99.0), 2.0, 1.7, 0.0);
     assert!((beyond.torque + drive.torque_limit).abs() < 1e-15);
 }

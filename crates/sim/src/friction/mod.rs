@@ -1,7 +1,8 @@
 //! Traction of a wheel: eq. (11), `T = mu(v) N`, and the laws that refine it near standstill of the
-//! contact.
+//! contact; rolling resistance.
 
 use crate::contact::cubic_step;
+use crate::drive::coulomb_sign;
 use robhaz_model::named;
 
 named! {
@@ -46,6 +47,8 @@ pub struct FrictionLaw {
     /// Slip stiffness C of the brush model, -: slope of T/N over the slip ratio at zero slip. 5 is
     /// soft ground, 50 a hard wheel on rock. Other forms do not use it.
     pub slip_stiffness: f64,
+    /// Coefficient f_r of the rolling resistance, -: 0.01 to 0.05 on firm ground, 0 for none.
+    pub rolling: f64,
 }
 
 /// Speeds of a contact along its tangent, m/s.
@@ -172,6 +175,7 @@ impl FrictionLaw {
             v_s: 0.0,
             v_d: 0.10,
             slip_stiffness: 0.0,
+            rolling: 0.0,
         };
         // Its own come last; before them the default of the first law that declares one.
         for parameter in FrictionKind::all_parameters()
@@ -209,13 +213,18 @@ impl FrictionLaw {
         }
     }
 
-    /// Creep speed c of a contact that grips, m/s: T/N is the slip speed over c while the slip is
-    /// small. `speed` is that of the wheel's centre, m/s, on which c depends in the brush model.
-    pub fn creep_speed(&self, speed: f64) -> f64 {
-        match self.kind {
-            // Slope of the cubic at its middle.
-            FrictionKind::Adams | FrictionKind::Rigid => self.v_s / (1.5 * self.mu_s),
-            FrictionKind::Brush => speed.abs().max(Slip::SLOWEST) / self.slip_stiffness,
+    /// Moment `f_r r N` against the rolling, N m, for a normal force (N), wheel radius r (m) and
+    /// absolute spin (rad/s), at each contact. At standstill its sign is smoothed like that of the
+    /// gear friction: [`coulomb_sign`].
+    ///
+    /// The traction T is not part of it: a wheel that rolls freely has T = 0 and is braked by this
+    /// moment alone.
+    #[inline]
+    pub fn rolling_moment(&self, normal_force: f64, wheel_radius: f64, spin: f64) -> f64 {
+        if self.rolling > 0.0 {
+            self.rolling * wheel_radius * normal_force * coulomb_sign(spin)
+        } else {
+            0.0
         }
     }
 

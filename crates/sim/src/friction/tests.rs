@@ -1,4 +1,5 @@
 use super::*;
+use crate::drive::FRICTION_SPEED;
 
 /// Speeds of rim and wheel centre, m/s: a grid over both signs that contains zero and the
 /// surroundings of every breakpoint of `law`.
@@ -80,23 +81,6 @@ fn laws() -> Vec<FrictionLaw> {
         ..FrictionLaw::of(FrictionKind::Rigid)
     });
     laws
-}
-
-/// Closed form: the creep speed is one over the slope of T/N at zero slip. A slip of a millionth of
-/// it leaves the next term of each law, relative, at 1e-6 at most.
-#[test]
-fn the_creep_speed_is_that_of_small_slips() {
-    for law in laws() {
-        for centre in [0.05, 0.2, 1.0] {
-            let creep = law.creep_speed(centre);
-            let rim = centre - 1e-6 * creep;
-            let found = law.coefficient(&Slip { rim, centre });
-            assert!(
-                (found / -1e-6 - 1.0).abs() < 1e-5,
-                "{law:?} {centre}: {found}"
-            );
-        }
-    }
 }
 
 /// Closed form: every law over slip speeds of both signs, across its breakpoints, at standstill of
@@ -215,4 +199,22 @@ fn the_default_law_passes_through_its_parameters() {
     }
     assert!((at(1e-8) / 1e-8 - 60.0).abs() < 1e-6);
     assert!((law.steepest_slope() - 60.0).abs() < 1e-12);
+}
+
+/// Closed form: `f_r r N` beyond the smoothing (tanh(10) = 1 - 4e-9), zero at standstill, odd,
+/// with the slope `f_r r N/FRICTION_SPEED` there.
+#[test]
+fn the_moment_opposes_the_rolling() {
+    let law = FrictionLaw {
+        rolling: 0.03,
+        ..FrictionLaw::default()
+    };
+    let moment = |spin| law.rolling_moment(46.0, 0.1, spin);
+    for spin in [0.1, 2.0, 50.0] {
+        assert!((moment(spin) - 0.138).abs() < 1e-9, "{spin}");
+        assert!((moment(-spin) + moment(spin)).abs() < 1e-15);
+    }
+    assert!(moment(0.0) == 0.0);
+    assert!((moment(1e-6) / 1e-6 - 0.138 / FRICTION_SPEED).abs() < 1e-6);
+    assert!(FrictionLaw::default().rolling_moment(46.0, 0.1, 2.0) == 0.0);
 }

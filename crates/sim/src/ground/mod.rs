@@ -1,25 +1,20 @@
 //! Forces of the ground on one wheel: terrain, contact law (10) and friction law (11) combined.
 
-use crate::contact::{ContactLaw, NormalForce};
+use crate::contact::NormalForce;
 use crate::error::BelowGround;
-use crate::friction::{FrictionLaw, Slip, Stretch};
+use crate::friction::Slip;
 use crate::power::Power;
-use crate::rolling::RollingResistance;
 use crate::setup::PlantSetup;
-use crate::truth::{ContactTruth, WheelTruth};
-use robhaz_model::{Vec2, direction, perp};
-use robhaz_terrain::{Contact, Terrain};
+use crate::truth::{ContactList, ContactTruth, WheelTruth};
+use robhaz_model::{Vec2, direction};
+use robhaz_terrain::Contact;
 
 /// The ground with its laws, for wheels of one radius.
 pub(crate) struct Ground {
-    terrain: Terrain,
-    contact: ContactLaw,
-    /// For the exponent of `contact`.
-    power: Power,
-    friction: FrictionLaw,
-    stretches: Vec<Stretch>,
-    rolling: RollingResistance,
+    setup: PlantSetup,
     wheel_radius: f64,
+    /// For the exponent of the contact law.
+    power: Power,
     /// Contacts of each wheel at the last call of [`Ground::act`].
     pub found: [Vec<Contact>; 3],
     /// Where each wheel was last.
@@ -57,7 +52,7 @@ pub(crate) struct OneContact {
 }
 
 /// Forces of the ground on one wheel.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct GroundForces {
     /// Sum of all contact forces, N.
     pub force: Vec2,
@@ -69,8 +64,9 @@ pub(crate) struct GroundForces {
     traction: f64,
     /// Direction of the ground's tangent, of any length. Only the record uses its angle.
     tangent: Vec2,
-    penetration: f64,
-    slip_speed: f64,
+    /// The contact with the largest penetration.
+    deepest: ContactTruth,
+    /// Its slip speed beyond which it slides, m/s.
     slip_limit: f64,
     /// Whether a contact grips.
     grips: bool,
@@ -83,36 +79,12 @@ pub(crate) struct GroundForces {
     pub approach: f64,
 }
 
-impl Default for GroundForces {
-    /// No contact.
-    fn default() -> Self {
-        Self {
-            force: Vec2::zeros(),
-            torque: 0.0,
-            normal_force: 0.0,
-            traction: 0.0,
-            tangent: Vec2::x(),
-            penetration: f64::NEG_INFINITY,
-            slip_speed: 0.0,
-            slip_limit: 0.0,
-            grips: false,
-            contacts: 0,
-            energy: 0.0,
-            approach: 0.0,
-        }
-    }
-}
-
 impl Ground {
     pub fn new(setup: &PlantSetup) -> Self {
         Self {
-            terrain: setup.terrain.clone(),
-            contact: setup.contact,
-            power: Power::new(setup.contact.exponent),
-            friction: setup.friction,
-            stretches: setup.stretches.clone(),
-            rolling: setup.rolling,
+            setup: setup.clone(),
             wheel_radius: setup.robot.geometry.wheel_radius,
+            power: Power::new(setup.contact.exponent),
             found: Default::default(),
             hints: Default::default(),
             has_corners: setup.terrain.has_corners(),
@@ -122,7 +94,8 @@ impl Ground {
         }
     }
 
-    /// Forces of all contacts of a wheel (0 front, 1 middle, 2 rear).
+    /// Forces of all contacts of a wheel (0 front, 1 middle, 2 rear); passes each contact with its
+    /// forces to `each`.
     ///
     /// # Errors
     /// [`BelowGround`]
@@ -131,23 +104,10 @@ impl Ground {
         wheel: usize,
         motion: &WheelMotion,
         forces: &mut GroundForces,
-    ) -> Result<(), BelowGround> {
-        self.act_each(wheel, motion, forces, |_, _| ())
-    }
-
-    /// As [`Self::act`], and passes each contact with its forces to `each`.
-    ///
-    /// # Errors
-    /// [`BelowGround`]
-    pub fn act_each(
-        &mut self,
-        wheel: usize,
-        motion: &WheelMotion,
-        forces: &mut GroundForces,
         each: impl FnMut(&Contact, &OneContact),
     ) -> Result<(), BelowGround> {
         let (hint, found) = (&mut self.hints[wheel], &mut self.found[wheel]);
-        (self.terrain).contacts_near(motion.centre, self.wheel_radius, hint, found);
+        (self.setup.terrain).contacts_near(motion.centre, self.wheel_radius, hint, found);
         #[cfg(test)]
         {
             self.queries += 1;
@@ -156,7 +116,7 @@ impl Ground {
     }
 
     /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of
-    /// [`Self::act_each`] will meet the ground at a further place within `time`, s. On ground
+    /// [`Self::act`] will meet the ground at a further place within `time`, s. On ground
     /// without corners only a wheel in the air is asked for.
     pub fn meets(&mut self, wheel: usize, motion: &WheelMotion, time: f64) -> bool {
         let found = &self.found[wheel];
@@ -165,21 +125,16 @@ impl Ground {
         }
         let centre = motion.centre + motion.velocity * time;
         let (hint, ahead) = (&mut self.hints[wheel], &mut self.ahead);
-        (self.terrain).contacts_near(centre, self.wheel_radius, hint, ahead);
+        (self.setup.terrain).contacts_near(centre, self.wheel_radius, hint, ahead);
         let known = |c: &Contact| found.iter().any(|f| is_same(f.normal(), c.normal()));
         !self.ahead.iter().all(known)
     }
 
-    /// Moment of rolling resistance of a wheel with this absolute spin (rad/s) under a normal force
-    /// (N), N m.
+    /// [`rolling_moment`](crate::friction::FrictionLaw::rolling_moment) of a wheel.
     #[inline]
     pub fn rolling_moment(&self, normal_force: f64, spin: f64) -> f64 {
-        let RollingResistance { coefficient } = self.rolling;
-        if coefficient > 0.0 {
-            self.rolling.moment(normal_force, self.wheel_radius, spin)
-        } else {
-            0.0
-        }
+        let law = &self.setup.friction;
+        law.rolling_moment(normal_force, self.wheel_radius, spin)
     }
 
     /// Number of searches for contacts so far.
@@ -200,10 +155,25 @@ impl Ground {
         sum: &mut GroundForces,
         mut each: impl FnMut(&Contact, &OneContact),
     ) -> Result<(), BelowGround> {
+        // The usual case, in half the time.
         if let [contact] = found {
             let one = self.one_contact(contact, wheel)?;
-            self.sum_of_one(contact, wheel, &one, sum);
             each(contact, &one);
+            let truth = &one.truth;
+            let moment = self.rolling_moment(truth.normal_force, wheel.spin);
+            *sum = GroundForces {
+                force: truth.normal * truth.normal_force + contact.tangent * truth.traction,
+                torque: contact.distance * truth.traction + moment,
+                normal_force: truth.normal_force,
+                traction: truth.traction,
+                tangent: contact.tangent,
+                deepest: *truth,
+                slip_limit: one.slip_limit,
+                grips: !truth.slides,
+                contacts: 1,
+                energy: one.normal.energy,
+                approach: one.approach.max(0.0),
+            };
             return Ok(());
         }
         *sum = GroundForces::default();
@@ -214,57 +184,30 @@ impl Ground {
             }
             let one = self.one_contact(contact, wheel)?;
             each(contact, &one);
-            let (normal_force, traction) = (one.truth.normal_force, one.truth.traction);
-            let pressing = one.truth.normal * normal_force;
+            let truth = &one.truth;
+            let pressing = truth.normal * truth.normal_force;
             normal_sum += pressing;
-            sum.force += pressing + contact.tangent * traction;
-            sum.torque += contact.distance * traction;
-            sum.torque += self.rolling_moment(normal_force, wheel.spin);
-            sum.traction += traction;
+            sum.force += pressing + contact.tangent * truth.traction;
+            sum.torque += contact.distance * truth.traction;
+            sum.torque += self.rolling_moment(truth.normal_force, wheel.spin);
+            sum.traction += truth.traction;
             sum.energy += one.normal.energy;
             sum.contacts += 1;
-            sum.grips |= !one.truth.slides;
+            sum.grips |= !truth.slides;
             sum.approach = sum.approach.max(one.approach);
-            if one.truth.penetration > sum.penetration {
-                sum.penetration = one.truth.penetration;
-                sum.slip_speed = one.truth.slip_speed;
-                sum.slip_limit = one.slip_limit;
+            if sum.contacts == 1 || truth.penetration > sum.deepest.penetration {
+                sum.normal_force = truth.normal_force;
+                (sum.deepest, sum.slip_limit) = (one.truth, one.slip_limit);
                 sum.tangent = contact.tangent;
             }
         }
-        sum.normal_force = normal_sum.norm();
-        if sum.contacts > 1 && sum.normal_force > 0.0 {
-            sum.tangent = Vec2::new(normal_sum.y, -normal_sum.x);
+        if sum.contacts > 1 {
+            sum.normal_force = normal_sum.norm();
+            if sum.normal_force > 0.0 {
+                sum.tangent = Vec2::new(normal_sum.y, -normal_sum.x);
+            }
         }
         Ok(())
-    }
-
-    /// As [`Self::sum`] for a wheel with one contact, the usual case.
-    #[inline(always)]
-    fn sum_of_one(
-        &self,
-        contact: &Contact,
-        wheel: &WheelMotion,
-        one: &OneContact,
-        sum: &mut GroundForces,
-    ) {
-        let truth = &one.truth;
-        let (normal_force, traction) = (truth.normal_force, truth.traction);
-        let moment = self.rolling_moment(normal_force, wheel.spin);
-        *sum = GroundForces {
-            force: truth.normal * normal_force + contact.tangent * traction,
-            torque: contact.distance * traction + moment,
-            normal_force,
-            traction,
-            tangent: contact.tangent,
-            penetration: truth.penetration,
-            slip_speed: truth.slip_speed,
-            slip_limit: one.slip_limit,
-            grips: !truth.slides,
-            contacts: 1,
-            energy: one.normal.energy,
-            approach: one.approach.max(0.0),
-        };
     }
 
     /// Laws (10) and (11) at one contact.
@@ -274,19 +217,31 @@ impl Ground {
         contact: &Contact,
         wheel: &WheelMotion,
     ) -> Result<OneContact, BelowGround> {
-        let (t, n, arm) = axes(contact, wheel)?;
+        // A NaN is below the ground, too.
+        let arm = Some(contact.distance).filter(|arm| *arm > 0.0);
+        let arm = arm.ok_or(BelowGround { x: wheel.centre.x })?;
+        let normal = contact.normal();
         let penetration = self.wheel_radius - arm;
-        let approach = -wheel.velocity.dot(&n);
-        let law = self.contact.at(penetration, approach, |g| self.power.of(g));
+        let approach = -wheel.velocity.dot(&normal);
+        let law = self
+            .setup
+            .contact
+            .at(penetration, approach, |g| self.power.of(g));
         let normal_force = law.force();
-        let slip = slip(wheel, t, arm);
-        let friction = self.friction.at(&self.stretches, contact.point.x);
+        let slip = Slip {
+            rim: wheel.spin * arm,
+            centre: wheel.velocity.dot(&contact.tangent),
+        };
+        let friction = self
+            .setup
+            .friction
+            .at(&self.setup.stretches, contact.point.x);
         let slip_limit = friction.slip_limit(&slip);
         let coefficient = friction.coefficient(&slip);
         Ok(OneContact {
             truth: ContactTruth {
                 point: contact.point,
-                normal: n,
+                normal,
                 normal_force,
                 traction: coefficient * normal_force,
                 penetration,
@@ -317,47 +272,35 @@ impl Ground {
         truth.normal_force = forces.normal_force;
         truth.traction = forces.traction;
         truth.contact_angle = direction(forces.tangent);
-        truth.penetration = forces.penetration;
-        truth.slip_speed = forces.slip_speed;
+        truth.penetration = forces.deepest.penetration;
+        truth.slip_speed = forces.deepest.slip_speed;
         truth.slip_limit = forces.slip_limit;
         truth.contacts = forces.contacts;
         truth.force = forces.force;
         truth.slides = forces.contacts > 0 && !forces.grips;
         match forces.contacts {
-            0 => {
-                truth.contact_list.clear();
-                if let Some(nearest) = self.terrain.nearest(wheel.centre) {
-                    let (t, _, arm) = axes(&nearest, wheel)?;
-                    truth.penetration = self.wheel_radius - arm;
-                    truth.contact_angle = direction(nearest.tangent);
-                    let slip = slip(wheel, t, arm);
-                    let friction = self.friction.at(&self.stretches, nearest.point.x);
-                    truth.slip_speed = slip.speed();
-                    truth.slip_limit = friction.slip_limit(&slip);
-                }
-            }
-            // The forces of the wheel are those of its contact. A second evaluation would cost
-            // time.
-            1 => {
-                let normal = perp(forces.tangent);
-                truth.contact_list.set(ContactTruth {
-                    point: wheel.centre - normal * (self.wheel_radius - forces.penetration),
-                    normal,
-                    normal_force: forces.normal_force,
-                    traction: forces.traction,
-                    penetration: forces.penetration,
-                    slip_speed: forces.slip_speed,
-                    slides: truth.slides,
-                });
-            }
+            // A second evaluation would cost time.
+            1 => truth.contact_list.set(forces.deepest),
             _ => {
+                truth.contact_list = ContactList::default();
                 let found = &self.found[index];
-                truth.contact_list.clear();
                 for contact in found.iter().filter(|c| !is_behind(c, found)) {
                     let one = self.one_contact(contact, wheel)?;
                     truth.contact_list.push(one.truth);
                 }
             }
+        }
+        if forces.contacts == 0
+            && let Some(nearest) = self.setup.terrain.nearest(wheel.centre)
+        {
+            let OneContact {
+                truth: at,
+                slip_limit,
+                ..
+            } = self.one_contact(&nearest, wheel)?;
+            truth.contact_angle = direction(nearest.tangent);
+            (truth.penetration, truth.slip_speed) = (at.penetration, at.slip_speed);
+            truth.slip_limit = slip_limit;
         }
         Ok(())
     }
@@ -377,24 +320,6 @@ pub(crate) fn is_same(a: Vec2, b: Vec2) -> bool {
 fn is_behind(contact: &Contact, found: &[Contact]) -> bool {
     let nearer = |c: &Contact| c.distance > 0.0 && c.distance < -contact.distance;
     contact.distance < 0.0 && found.iter().any(nearer)
-}
-
-/// Speeds of a contact with the tangent `t` and the distance `arm` (m) from the wheel's centre.
-fn slip(wheel: &WheelMotion, t: Vec2, arm: f64) -> Slip {
-    Slip {
-        rim: wheel.spin * arm,
-        centre: wheel.velocity.dot(&t),
-    }
-}
-
-/// Tangent, normal, and distance from the contact to the wheel's centre, m.
-fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), BelowGround> {
-    // In this form a NaN is an error, too.
-    if contact.distance > 0.0 {
-        Ok((contact.tangent, contact.normal(), contact.distance))
-    } else {
-        Err(BelowGround { x: wheel.centre.x })
-    }
 }
 
 #[cfg(test)]

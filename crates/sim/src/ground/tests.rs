@@ -1,4 +1,5 @@
 use super::*;
+use crate::friction::Stretch;
 use robhaz_terrain::Profile;
 
 fn ground(profile: Profile, stretches: &[(f64, f64, f64)]) -> Ground {
@@ -16,7 +17,7 @@ fn ground(profile: Profile, stretches: &[(f64, f64, f64)]) -> Ground {
 
 fn act(ground: &mut Ground, motion: &WheelMotion) -> Result<GroundForces, BelowGround> {
     let mut forces = GroundForces::default();
-    ground.act(0, motion, &mut forces)?;
+    ground.act(0, motion, &mut forces, |_, _| ())?;
     Ok(forces)
 }
 
@@ -75,6 +76,7 @@ fn a_thin_wall_has_no_far_side() {
     let mut ground = ground(wall, &[]);
     let mut found = Vec::new();
     ground
+        .setup
         .terrain
         .contacts(Vec2::new(0.5005, 0.0995), 0.1, &mut found);
     assert!(found.iter().any(|c| c.distance < 0.0), "{found:?}");
@@ -96,7 +98,7 @@ fn each_contact_has_the_friction_of_its_place() {
     let centre_x = 0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt();
     let forces = act(&mut ground, &spinning(centre_x, 0.0995)).unwrap();
     assert_eq!(forces.contacts, 2);
-    let tread = ground.contact.normal_force(0.0005, 0.0);
+    let tread = ground.setup.contact.normal_force(0.0005, 0.0);
     assert!((forces.traction - 0.7 * tread).abs() < 1e-9 * tread);
 
     // Equivalence: the sums of the wheel are those of its contacts, to rounding.

@@ -6,7 +6,7 @@
 //! of single bars.
 
 use super::kinematics::{Kinematics, State};
-use super::mass_matrix::{Factorised, MassMatrix};
+use super::mass_matrix::Factorised;
 use super::model::Mechanics;
 use crate::drive::wheel_acceleration;
 use crate::error::NoForces;
@@ -39,28 +39,19 @@ impl Forces {
         &mut self,
         mechanics: &mut Mechanics,
         kinematics: &Kinematics,
-        state: &State,
         torques: [f64; 3],
     ) -> Result<(), NoForces> {
+        let state = &kinematics.state;
         let drive_torque = mechanics.drive_torque(state, torques);
         let (robot, ground) = (&mechanics.robot, &mut mechanics.ground);
         let mass = &robot.mass;
-        let (mut m, mut right) = (MassMatrix::default(), Vector4::zeros());
-        (mechanics.carriers).add(robot.gravity, kinematics, &mut m, &mut right);
-        for (bar, cg, turning) in kinematics.free_bars() {
-            let (own, inertia) = mass.of(bar);
-            m.add_mass(own, [cg.j1, cg.j2]);
-            m.add_inertia(inertia, [turning.k1, turning.k2]);
-            let weight = Vec2::new(0.0, -robot.gravity);
-            cg.add_force((weight - cg.bias) * own, &mut right);
-            turning.add_torque(-inertia * turning.bias, &mut right);
-        }
+        let (m, mut right) = mechanics.carriers.in_vacuum(robot, kinematics);
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
         let share = jw / (jw + jr);
         for (i, drive) in drive_torque.into_iter().enumerate() {
-            let motion = kinematics.wheel(i, state);
+            let motion = kinematics.wheel(i);
             let by_ground = &mut self.ground[i];
-            let found = ground.act(i, &motion, by_ground);
+            let found = ground.act(i, &motion, by_ground, |_, _| ());
             found.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
             let axle = &kinematics.axles[i];
             axle.add_force(by_ground.force, &mut right);

@@ -5,11 +5,10 @@
 //! `v = [Qx' Qy' theta_1' theta_2']` the velocity of a point is `J v`, and its acceleration is
 //! `J v' + b`; `b` is called bias here.
 
-use super::mass_matrix::MassMatrix;
 use crate::error::NoForces;
 use crate::ground::WheelMotion;
 use crate::truth::BarTruth;
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::Vector4;
 use robhaz_model::{Bar, Carrier, Dyad, Geometry, Robot, Vec2, cross, direction, perp, turned};
 
 /// Coordinates of the robot and their rates.
@@ -41,7 +40,7 @@ pub(super) struct Motion {
 
 /// Motion of a point of link 1 or 2: it turns about Q with its link.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct LinkPoint {
+pub(crate) struct LinkPoint {
     /// Position relative to Q, m.
     pub arm: Vec2,
     /// The link.
@@ -66,6 +65,8 @@ pub(super) struct Turning {
 /// Positions, velocities and Jacobians at one state.
 #[derive(Clone, Default)]
 pub(crate) struct Kinematics {
+    /// The state.
+    pub state: State,
     /// Unit vectors along the turned x axis of each bar, in the order of [`Bar::ALL`].
     pub(super) axes: [Vec2; 4],
     /// Rotation of the body.
@@ -79,7 +80,7 @@ pub(crate) struct Kinematics {
     /// Centres of mass of links 1 and 2.
     pub(super) link_cgs: [LinkPoint; 2],
     /// Centres of the wheels.
-    pub(super) axles: [LinkPoint; 3],
+    pub axles: [LinkPoint; 3],
     /// P, R and S relative to Q, m.
     pub(super) pins: [Vec2; 3],
 }
@@ -100,6 +101,7 @@ impl Kinematics {
     /// # Errors
     /// As [`Self::new`]. The kinematics are then those of no state.
     pub fn set(&mut self, linkage: &Linkage, state: &State) -> Result<(), NoForces> {
+        self.state = *state;
         let [w1, w2] = [state.rates[2], state.rates[3]];
         let unit = |angle: f64| {
             let (sin, cos) = libm::sincos(angle);
@@ -170,7 +172,8 @@ impl Kinematics {
     }
 
     /// Pose and rates of a bar.
-    pub fn bar(&self, bar: Bar, state: &State) -> BarTruth {
+    pub fn bar(&self, bar: Bar) -> BarTruth {
+        let state = &self.state;
         let on_link = |link: usize| {
             let point = &self.link_cgs[link];
             let (angle, velocity) = (state.angles[link], point.velocity(state));
@@ -200,31 +203,14 @@ impl Kinematics {
         [body, (Bar::Link3, &self.link3_cg, &self.link3)]
     }
 
-    /// Derivative of the position of a wheel's centre by coordinate `k` of the four, and of its
-    /// velocity (m/s) by the rate of that coordinate: m/m or m/rad.
-    pub(super) fn axle_column(&self, wheel: usize, k: usize) -> Vec2 {
-        let axle = &self.axles[wheel];
-        match k {
-            0 => Vec2::x(),
-            1 => Vec2::y(),
-            _ if k == axle.row() => perp(axle.arm),
-            _ => Vec2::zeros(),
-        }
-    }
-
-    /// Acceleration of a wheel's centre (m/s^2) at the accelerations of the four coordinates.
-    pub fn axle_acceleration(&self, wheel: usize, accelerations: &Vector4<f64>) -> Vec2 {
-        self.axles[wheel].acceleration(accelerations)
-    }
-
     /// Centre of a wheel, m.
-    pub fn axle(&self, wheel: usize, state: &State) -> Vec2 {
-        state.q + self.axles[wheel].arm
+    pub fn axle(&self, wheel: usize) -> Vec2 {
+        self.state.q + self.axles[wheel].arm
     }
 
     /// Motion of a wheel: centre, velocity, absolute spin.
-    pub fn wheel(&self, wheel: usize, state: &State) -> WheelMotion {
-        let axle = &self.axles[wheel];
+    pub fn wheel(&self, wheel: usize) -> WheelMotion {
+        let (state, axle) = (&self.state, &self.axles[wheel]);
         WheelMotion {
             centre: state.q + axle.arm,
             velocity: axle.velocity(state),
@@ -232,32 +218,12 @@ impl Kinematics {
         }
     }
 
-    /// Mass matrix of the four rates, with the wheels as point masses on their axles; kg, kg m, kg
-    /// m^2.
-    pub fn mass_matrix(&self, robot: &Robot) -> Matrix4<f64> {
-        let mut m = MassMatrix::default();
-        for (bar, point, turning) in self.free_bars() {
-            let (mass, inertia) = robot.mass.of(bar);
-            m.add_mass(mass, [point.j1, point.j2]);
-            m.add_inertia(inertia, [turning.k1, turning.k2]);
-        }
-        let links = [Bar::Link1, Bar::Link2].map(|bar| robot.mass.of(bar));
-        for ((mass, inertia), point) in links.into_iter().zip(&self.link_cgs) {
-            m.add_mass(mass, point.columns());
-            m.add_inertia(inertia, point.shares());
-        }
-        for axle in &self.axles {
-            m.add_mass(robot.mass.wheel, axle.columns());
-        }
-        m.to_matrix()
-    }
-
     /// Row of the Jacobian: its product with the four rates is the speed of a wheel's centre along
     /// `direction` (unit vector), m/s.
     pub fn axle_row(&self, wheel: usize, direction: Vec2) -> Vector4<f64> {
-        let columns = self.axles[wheel].columns();
-        let [j1, j2] = columns.map(|column| column.dot(&direction));
-        Vector4::new(direction.x, direction.y, j1, j2)
+        let mut row = Vector4::zeros();
+        self.axles[wheel].add_force(direction, &mut row);
+        row
     }
 
     /// Distance between S on the body and S on link 3, m: the rounding error of the closed loop.
@@ -271,9 +237,9 @@ impl Kinematics {
     }
 
     /// Positions of P, Q, R, S, m.
-    pub fn pins(&self, state: &State) -> [Vec2; 4] {
-        let [p, r, s] = self.pins;
-        [state.q + p, state.q, state.q + r, state.q + s]
+    pub fn pins(&self) -> [Vec2; 4] {
+        let ([p, r, s], q) = (self.pins, self.state.q);
+        [q + p, q, q + r, q + s]
     }
 }
 
@@ -320,21 +286,6 @@ impl LinkPoint {
     /// Index of the link's rate among the four rates.
     pub fn row(&self) -> usize {
         2 + self.link.index()
-    }
-
-    /// Derivative of the velocity (m/s) by the angle of the link, 1/s.
-    pub fn velocity_slope(&self) -> Vec2 {
-        -self.arm * self.rate
-    }
-
-    /// Derivatives of the velocity by the rates of links 1 and 2, m.
-    fn columns(&self) -> [Vec2; 2] {
-        self.shares().map(|share| perp(self.arm) * share)
-    }
-
-    /// Derivatives of the link's rate by the rates of links 1 and 2, -.
-    fn shares(&self) -> [f64; 2] {
-        [Carrier::Link1, Carrier::Link2].map(|link| f64::from(u8::from(link == self.link)))
     }
 }
 

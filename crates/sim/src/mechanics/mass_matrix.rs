@@ -1,6 +1,6 @@
 //! The mass matrix of the four rates, and the solution of equations with it.
 
-use nalgebra::{Matrix4, SMatrix, Vector4};
+use nalgebra::{SMatrix, Vector4};
 use robhaz_model::Vec2;
 
 /// Mass matrix of the four rates. All masses move with Q, so it has the form
@@ -10,7 +10,7 @@ use robhaz_model::Vec2;
 /// | L'    I |   L  levers in two columns, I inertia
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct MassMatrix {
+pub(crate) struct MassMatrix {
     /// Mass m, kg.
     pub mass: f64,
     /// Derivatives of the momentum by the rates of links 1 and 2, kg m.
@@ -40,15 +40,6 @@ impl MassMatrix {
         self.inertia[2] += inertia * (k2 * k2);
     }
 
-    /// All 16 entries.
-    pub fn to_matrix(self) -> Matrix4<f64> {
-        let ([a, b], [i11, i12, i22]) = (self.levers, self.inertia);
-        Matrix4::new(
-            self.mass, 0.0, a.x, b.x, 0.0, self.mass, a.y, b.y, a.x, a.y, i11, i12, b.x, b.y, i12,
-            i22,
-        )
-    }
-
     /// Eliminates the motion of Q. `None` if the matrix is not positive definite.
     pub fn factorised(&self) -> Option<Factorised> {
         let per_mass = 1.0 / self.mass;
@@ -72,7 +63,7 @@ impl MassMatrix {
 
 /// A mass matrix, ready for the solution of equations.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Factorised {
+pub(crate) struct Factorised {
     /// 1/kg.
     per_mass: f64,
     /// Levers over the mass, m.
@@ -106,6 +97,7 @@ impl Factorised {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Matrix4;
 
     /// Closed form: the solution times the full matrix is the right-hand side, and a matrix without
     /// inertia is refused.
@@ -123,7 +115,11 @@ mod tests {
             f64::from(u8::try_from(3 * row + 5 * column).unwrap_or(0)).sin()
         });
         let solved = matrix.factorised().map(|m| m.solve_each(&right));
-        let error = solved.map(|solved| (matrix.to_matrix() * solved - right).amax());
+        let ([a, b], [i11, i12, i22], m) = (matrix.levers, matrix.inertia, matrix.mass);
+        let full = Matrix4::new(
+            m, 0.0, a.x, b.x, 0.0, m, a.y, b.y, a.x, a.y, i11, i12, b.x, b.y, i12, i22,
+        );
+        let error = solved.map(|solved| (full * solved - right).amax());
         // Rounding of a well conditioned matrix.
         assert!(error.is_some_and(|error| error < 1e-13), "{error:?}");
         // A mass at Q alone turns nothing.

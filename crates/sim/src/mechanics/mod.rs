@@ -12,5 +12,5 @@ mod tangents;
 
 pub(crate) use forces::Forces;
 pub(crate) use kinematics::{Kinematics, State};
-pub(crate) use model::Mechanics;
+pub(crate) use model::{Carriers, Mechanics};
 pub(crate) use tangents::Tangents;

@@ -20,11 +20,16 @@ pub(crate) struct Mechanics {
 
 impl Mechanics {
     pub fn new(setup: &PlantSetup) -> Self {
+        let (jw, jr) = (
+            setup.robot.mass.wheel_inertia,
+            setup.robot.mass.rotor_inertia,
+        );
         Self {
             robot: setup.robot.clone(),
             drive: setup.drive.clone(),
             linkage: Linkage::new(&setup.robot.geometry),
-            carriers: Carriers::new(&setup.robot),
+            // What wheel and rotor add to the link when the wheel spins are eliminated.
+            carriers: Carriers::new(&setup.robot, jw * jr / (jw + jr)),
             ground: Ground::new(setup),
         }
     }
@@ -35,11 +40,10 @@ impl Mechanics {
     }
 }
 
-/// Inertia of links 1 and 2, each with its wheels as point masses on their axles, and with the
-/// inertia that wheel and rotor add to the link when the wheel spins are eliminated, J_w J_r/(J_w +
-/// J_r).
+/// Inertia of links 1 and 2, each with its wheels as point masses on their axles and an inertia of
+/// each wheel's gear.
 #[derive(Clone, Copy)]
-pub(super) struct Carriers([Carrier; 2]);
+pub(crate) struct Carriers([Carrier; 2]);
 
 #[derive(Clone, Copy, Default)]
 struct Carrier {
@@ -52,7 +56,8 @@ struct Carrier {
 }
 
 impl Carriers {
-    pub fn new(robot: &Robot) -> Self {
+    /// `gear` is the inertia that a wheel adds to its link, kg m^2.
+    pub fn new(robot: &Robot, gear: f64) -> Self {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
         let q = geometry.pins.q;
         let mut carriers = [Carrier::default(); 2];
@@ -61,25 +66,19 @@ impl Carriers {
             carriers[k].add(own, geometry.link_cg[k] - q);
             carriers[k].inertia += inertia;
         }
-        let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
         for (axle, link) in geometry.axles.iter().zip(geometry.carriers) {
             let carrier = &mut carriers[link.index()];
             carrier.add(mass.wheel, axle - q);
-            carrier.inertia += jw * jr / (jw + jr);
+            carrier.inertia += gear;
         }
         Self(carriers)
     }
 
-    /// Adds both to the mass matrix, and their weight under `gravity` (m/s^2) and bias force to the
-    /// right-hand side.
-    #[inline]
-    pub fn add(
-        &self,
-        gravity: f64,
-        kinematics: &Kinematics,
-        m: &mut MassMatrix,
-        right: &mut Vector4<f64>,
-    ) {
+    /// The mass matrix of all bars, and the right-hand side of their weights and bias forces.
+    #[inline(always)]
+    pub fn in_vacuum(&self, robot: &Robot, kinematics: &Kinematics) -> (MassMatrix, Vector4<f64>) {
+        let gravity = robot.gravity;
+        let (mut m, mut right) = (MassMatrix::default(), Vector4::zeros());
         for (k, carrier) in self.0.iter().enumerate() {
             let rate = kinematics.link_cgs[k].rate;
             let moment = turned(kinematics.axes[1 + k], carrier.moment);
@@ -93,6 +92,15 @@ impl Carriers {
             right[1] += bias.y - carrier.mass * gravity;
             right[2 + k] -= lever.y * gravity;
         }
+        for (bar, cg, turning) in kinematics.free_bars() {
+            let (own, inertia) = robot.mass.of(bar);
+            m.add_mass(own, [cg.j1, cg.j2]);
+            m.add_inertia(inertia, [turning.k1, turning.k2]);
+            let weight = Vec2::new(0.0, -gravity);
+            cg.add_force((weight - cg.bias) * own, &mut right);
+            turning.add_torque(-inertia * turning.bias, &mut right);
+        }
+        (m, right)
     }
 }
 

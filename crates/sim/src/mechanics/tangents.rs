@@ -7,12 +7,12 @@
 //! evaluations of the kinematics give it.
 
 use super::forces::{Forces, stop_torque_at};
-use super::kinematics::{Kinematics, State};
+use super::kinematics::Kinematics;
 use super::model::Mechanics;
 use crate::error::{BelowGround, NoForces};
 use crate::ground::{Ground, GroundForces, WheelMotion};
 use nalgebra::{SMatrix, Vector3, Vector4};
-use robhaz_model::Vec2;
+use robhaz_model::{Vec2, perp};
 use robhaz_terrain::Contact;
 
 /// Steps of the difference quotients: 10 nm and 10 nrad of position (2 mN of N), 1 um/s and 1
@@ -48,17 +48,16 @@ impl Tangents {
         &mut self,
         mechanics: &mut Mechanics,
         kinematics: &Kinematics,
-        state: &State,
         torques: [f64; 3],
     ) -> Result<(), NoForces> {
-        (self.forces).solve(mechanics, kinematics, state, torques)?;
+        (self.forces).solve(mechanics, kinematics, torques)?;
         let (mut loads, mut spins) = (SMatrix::<f64, 4, COLUMNS>::zeros(), SMatrix::zeros());
         for wheel in 0..3 {
             let sums = (&mut loads, &mut spins);
-            let added = self.add_wheel(mechanics, kinematics, state, wheel, sums);
+            let added = self.add_wheel(mechanics, kinematics, wheel, sums);
             added.map_err(|source| NoForces::BelowGround { wheel, source })?;
         }
-        self.add_posture(mechanics, kinematics, state, &mut loads)?;
+        self.add_posture(mechanics, kinematics, &mut loads)?;
         let accelerations = self.forces.response(&loads).ok_or(NoForces::Singular)?;
         let mass = &mechanics.robot.mass;
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
@@ -76,39 +75,35 @@ impl Tangents {
         &mut self,
         mechanics: &Mechanics,
         kinematics: &Kinematics,
-        state: &State,
         wheel: usize,
         (loads, spins): (&mut SMatrix<f64, 4, COLUMNS>, &mut SMatrix<f64, 3, COLUMNS>),
     ) -> Result<(), BelowGround> {
-        let motion = kinematics.wheel(wheel, state);
+        let motion = kinematics.wheel(wheel);
         let slopes = slopes(&mechanics.ground, wheel, &mut self.displaced, &motion)?;
-        let link = mechanics.robot.geometry.carriers[wheel].index();
+        let axle = &kinematics.axles[wheel];
         let mass = &mechanics.robot.mass;
         let share = mass.wheel_inertia / (mass.wheel_inertia + mass.rotor_inertia);
         let mut add = |column: usize, change: SMatrix<f64, 5, 1>| {
             let [x, y, torque] = (slopes * change).into();
             let mut right = Vector4::zeros();
-            kinematics.axles[wheel].add_force(Vec2::new(x, y), &mut right);
-            right[2 + link] += (1.0 - share) * torque;
+            axle.add_force(Vec2::new(x, y), &mut right);
+            right[axle.row()] += (1.0 - share) * torque;
             let mut sum = loads.column_mut(column);
             sum += right;
             spins[(wheel, column)] -= torque;
         };
-        for k in 0..4 {
-            let direction = kinematics.axle_column(wheel, k);
-            let turns = k == 2 + link;
-            let velocity = match turns {
-                true => kinematics.axles[wheel].velocity_slope(),
-                false => Vec2::zeros(),
-            };
-            let [x, y, u, v] = [direction.x, direction.y, velocity.x, velocity.y];
-            add(k, [x, y, u, v, 0.0].into());
-            // The absolute spin is that relative to the link less the rate of the link.
-            let spin = if turns { -1.0 } else { 0.0 };
-            add(RATES + k, [0.0, 0.0, x, y, spin].into());
+        // By each coordinate that moves the wheel, the derivatives of position and velocity, and of
+        // the spin by its rate: the absolute spin is that relative to the link less the link's rate.
+        for (k, by, velocity, spin) in [
+            (0, Vec2::x(), Vec2::zeros(), 0.0),
+            (1, Vec2::y(), Vec2::zeros(), 0.0),
+            (axle.row(), perp(axle.arm), -axle.arm * axle.rate, -1.0),
+        ] {
+            add(k, [by.x, by.y, velocity.x, velocity.y, 0.0].into());
+            add(RATES + k, [0.0, 0.0, by.x, by.y, spin].into());
         }
         add(SPINS + wheel, [0.0, 0.0, 0.0, 0.0, 1.0].into());
-        loads[(2 + link, TORQUES + wheel)] += share;
+        loads[(axle.row(), TORQUES + wheel)] += share;
         spins[(wheel, TORQUES + wheel)] += 1.0;
         Ok(())
     }
@@ -119,13 +114,12 @@ impl Tangents {
         &mut self,
         mechanics: &Mechanics,
         kinematics: &Kinematics,
-        state: &State,
         loads: &mut SMatrix<f64, 4, COLUMNS>,
     ) -> Result<(), NoForces> {
-        let here = self.residual(mechanics, kinematics, state);
+        let here = self.residual(mechanics, kinematics);
         for link in 0..2 {
             for (column, step) in [(2 + link, POSITION_STEP), (RATES + 2 + link, VELOCITY_STEP)] {
-                let mut there = *state;
+                let mut there = kinematics.state;
                 if column < RATES {
                     there.angles[link] += step;
                 } else {
@@ -133,7 +127,7 @@ impl Tangents {
                 }
                 let mut moved = std::mem::take(&mut self.moved);
                 moved.set(&mechanics.linkage, &there)?;
-                let residual = self.residual(mechanics, &moved, &there);
+                let residual = self.residual(mechanics, &moved);
                 let mut sum = loads.column_mut(column);
                 sum += (residual - here) / step;
                 self.moved = moved;
@@ -144,12 +138,7 @@ impl Tangents {
 
     /// Generalised forces of weight, inertia, ground and stops, without the constant ones, at
     /// [`Self::forces`].
-    fn residual(
-        &self,
-        mechanics: &Mechanics,
-        kinematics: &Kinematics,
-        state: &State,
-    ) -> Vector4<f64> {
+    fn residual(&self, mechanics: &Mechanics, kinematics: &Kinematics) -> Vector4<f64> {
         let (robot, a) = (&mechanics.robot, &self.forces.accelerations);
         let weight = Vec2::new(0.0, -robot.gravity);
         let mut right = Vector4::zeros();
@@ -166,7 +155,7 @@ impl Tangents {
             let inertia = (weight - axle.acceleration(a)) * robot.mass.wheel;
             axle.add_force(inertia + ground.force, &mut right);
         }
-        let stop = stop_torque_at(robot, state);
+        let stop = stop_torque_at(robot, &kinematics.state);
         right[2] += stop;
         right[3] -= stop;
         right

@@ -58,8 +58,6 @@ pub struct RapierEngine {
     link_accelerations: [f64; 2],
     step_control: StepControl,
     damping: Damping,
-    /// Remaining steps before time zero.
-    settling_steps: u64,
 }
 
 /// Rotation of a wheel, which is not part of rapier's bodies.
@@ -90,13 +88,16 @@ struct Loads {
 
 impl RapierEngine {
     /// The robot at its start.
-    pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Self {
+    ///
+    /// # Errors
+    /// [`PlantError`] where it does not settle.
+    pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Result<Self, PlantError> {
         let geometry = &setup.robot.geometry;
-        let steps_per_period = steps_per_period(setup.period, setup.step);
+        let steps_per_period = steps_per_period(setup.period, setup.engine.step);
         let step = setup.period / steps_per_period as f64;
         let state = &start.state;
         let link_rates = [state.rates[2], state.rates[3]];
-        Self {
+        let mut engine = Self {
             robot: setup.robot.clone(),
             ground: Ground::new(setup),
             drive: setup.drive.clone(),
@@ -116,11 +117,11 @@ impl RapierEngine {
             link_accelerations: [0.0; 2],
             step_control: StepControl::new(setup, step),
             damping: Damping::new(setup.robot.mass.wheel),
-            settling_steps: match setup.start {
-                StartKind::Settled => SETTLING_STEPS,
-                StartKind::Raw => 0,
-            },
+        };
+        if setup.engine.start == StartKind::Settled {
+            engine.settle()?;
         }
+        Ok(engine)
     }
 
     fn time(&self) -> f64 {
@@ -186,7 +187,7 @@ impl RapierEngine {
             let each = |contact: &Contact, forces: &OneContact| {
                 contacts.push(DampedContact::new(contact, forces, rolling));
             };
-            let acted = self.ground.act_each(i, &motion, &mut ground, each);
+            let acted = self.ground.act(i, &motion, &mut ground, each);
             acted.map_err(below)?;
             let planned = drive.set_speed(i, of_velocities, geometry.wheel_radius);
             let response = drive.response(self.commands[i], planned, omega, wheel.integral);
@@ -287,7 +288,7 @@ impl RapierEngine {
     /// Takes the steps before time zero, with a set speed of zero.
     fn settle(&mut self) -> Result<(), PlantError> {
         let speed = std::mem::take(&mut self.drive.speed);
-        for _ in 0..std::mem::take(&mut self.settling_steps) {
+        for _ in 0..SETTLING_STEPS {
             self.advance(None)?;
             self.steps = 0;
         }
@@ -312,9 +313,6 @@ impl Engine for RapierEngine {
     }
 
     fn next_instant(&mut self, instant: &mut Instant) -> Result<(), PlantError> {
-        if self.settling_steps > 0 {
-            self.settle()?;
-        }
         instant.balance = self.balance;
         instant.truth = self.bodies.kinematics(&self.robot.geometry, self.time());
         instant.contact_energy = self.advance(Some(&mut instant.truth))?;

@@ -58,7 +58,7 @@ impl StepControl {
             contact: setup.contact,
             mean_load: setup.robot.mean_wheel_load(),
             mean_penetration: setup.mean_penetration(),
-            friction_limit: longest_step_for_friction(&steepest, &setup.rolling, &setup.robot, 1.0),
+            friction_limit: longest_step_for_friction(&steepest, &setup.robot, 1.0),
             fewest: (1..MOST_PARTS)
                 .find(|parts| is_stable(setup, step / f64::from(*parts)))
                 .unwrap_or(MOST_PARTS),

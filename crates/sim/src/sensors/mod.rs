@@ -24,9 +24,9 @@ mod tests;
 
 pub use spec::{ENCODER_COUNTS, Grade, ImuPlace, SensorSpec};
 
-use crate::truth::Truth;
+use crate::truth::{BarTruth, Truth};
 use models::{Encoder, GivenAngle, Gyro, Inclinometer, Loss, Source, TorqueSensor, White};
-use robhaz_model::{Bar, BodyMount, BodyReading, LinkReadings, Robot, Vec2};
+use robhaz_model::{Bar, BodyMount, BodyReading, LinkReading, Robot, Vec2};
 
 /// All readings of one sample. `None` is a lost reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,13 +39,8 @@ pub struct Readings {
     /// Motor torque at each wheel, N m, forward positive, from the motor's current; losses in the
     /// gear are not subtracted.
     pub motor_torque: [Option<f64>; 3],
-    /// Inclinometers on links 1 and 2: angle from the nominal pose, rad, counter-clockwise.
-    pub inclination: [Option<f64>; 2],
-    /// Rate gyros on links 1 and 2, rad/s, counter-clockwise.
-    pub rate: [Option<f64>; 2],
-    /// Standard deviations of the rates beyond a gyroscope's noise, rad/s: of rates that follow from
-    /// the angle of pin Q.
-    pub rate_error: [f64; 2],
+    /// Inclinometers and rate gyros on links 1 and 2, or what those in the body show of the links.
+    pub links: [LinkReading; 2],
     /// Contact angles, rad. They do not come from a sensor: the paper assumes that they are known.
     pub contact_angle: [Option<f64>; 3],
 }
@@ -144,43 +139,31 @@ impl Sensors {
         self.last = Some(*truth);
         let delay = self.jitter.sample();
         let (wheels, links) = (&mut self.wheels, &mut self.links);
-        let mut readings = Readings {
+        let wheel_angle = [0, 1, 2].map(|i| {
+            let (encoder, loss) = &mut wheels[i].encoder;
+            let wheel = &truth.wheels[i];
+            loss.pass(encoder.read(wheel.angle + delay * wheel.omega))
+        });
+        Readings {
             time: truth.time,
-            wheel_angle: [0, 1, 2].map(|i| {
-                let (encoder, loss) = &mut wheels[i].encoder;
-                let wheel = &truth.wheels[i];
-                loss.pass(encoder.read(wheel.angle + delay * wheel.omega))
-            }),
+            wheel_angle,
             motor_torque: [0, 1, 2].map(|i| {
                 let (sensor, loss) = &mut wheels[i].torque;
                 let wheel = &truth.wheels[i];
                 let torque = wheel.torque + delay * rates.torque[i];
                 loss.pass(sensor.read(torque, wheel.omega))
             }),
-            inclination: [0, 1].map(|i| {
-                let (inclinometer, loss) = &mut links[i].inclinometer;
-                let angle = truth.links[i].angle + delay * truth.links[i].rate;
-                loss.pass(inclinometer.read(angle, rates.velocity[i], rates.dt))
-            }),
-            rate: [0, 1].map(|i| {
-                let (gyro, loss) = &mut links[i].gyro;
-                let rate = truth.links[i].rate + delay * rates.rate[i];
-                loss.pass(gyro.read(rate, rates.dt))
-            }),
-            rate_error: [0.0; 2],
+            links: match &mut self.body {
+                Some(body) => body.read(truth, &rates, delay, wheel_angle),
+                None => [0, 1].map(|i| links[i].read(&truth.links[i], &rates, i, delay)),
+            },
             contact_angle: [0, 1, 2].map(|i| {
                 let (angle, loss) = &mut wheels[i].contact_angle;
                 let wheel = &truth.wheels[i];
                 let known = wheel.equivalent_contact();
                 loss.pass(angle.read(known.map_or(wheel.contact_angle, |c| c.angle), rates.dt))
             }),
-        };
-        if let Some(body) = &mut self.body {
-            let links = body.read(truth, &rates, delay, readings.wheel_angle);
-            (readings.inclination, readings.rate) = (links.inclination, links.rate);
-            readings.rate_error = links.rate_error;
         }
-        readings
     }
 }
 
@@ -199,7 +182,9 @@ impl WheelSensors {
     fn new(spec: &SensorSpec, seed: u64, wheel: &str) -> Self {
         let name = |sensor: &str| format!("{wheel}/{sensor}");
         Self {
-            encoder: lossy(spec, seed, &name("encoder"), |spec, _| Encoder::new(spec)),
+            encoder: lossy(spec, seed, &name("encoder"), |spec, _| {
+                Encoder(spec.encoder_counts)
+            }),
             torque: lossy(spec, seed, &name("torque"), TorqueSensor::new),
             contact_angle: lossy(spec, seed, &name("contact_angle"), GivenAngle::new),
         }
@@ -213,6 +198,19 @@ impl LinkSensors {
         Self {
             inclinometer: lossy(spec, seed, &name("inclinometer"), inclinometer),
             gyro: lossy(spec, seed, &name("gyro"), Gyro::new),
+        }
+    }
+
+    /// Inclination and rate of a bar, which is number `i` of `rates`.
+    fn read(&mut self, bar: &BarTruth, rates: &Rates, i: usize, delay: f64) -> LinkReading {
+        let (inclinometer, loss) = &mut self.inclinometer;
+        let angle = bar.angle + delay * bar.rate;
+        let inclination = loss.pass(inclinometer.read(angle, rates.velocity[i], rates.dt));
+        let (gyro, loss) = &mut self.gyro;
+        LinkReading {
+            inclination,
+            rate: loss.pass(gyro.read(bar.rate + delay * rates.rate[i], rates.dt)),
+            rate_error: 0.0,
         }
     }
 }
@@ -239,17 +237,17 @@ impl BodySensors {
         rates: &Rates,
         delay: f64,
         wheels: [Option<f64>; 3],
-    ) -> LinkReadings {
-        let (body, [link1, link2, _]) = (&truth.body, &truth.links);
-        let (inclinometer, loss) = &mut self.imu.inclinometer;
-        let (gyro, rate_loss) = &mut self.imu.gyro;
-        let (noise, bias, pin_loss) = &mut self.pin;
-        let angle = body.angle + delay * body.rate;
+    ) -> [LinkReading; 2] {
+        let [link1, link2, _] = &truth.links;
+        let LinkReading {
+            inclination, rate, ..
+        } = self.imu.read(&truth.body, rates, 2, delay);
+        let (noise, bias, loss) = &mut self.pin;
         let opening = link1.angle - link2.angle + delay * (link1.rate - link2.rate);
         let reading = BodyReading {
-            inclination: loss.pass(inclinometer.read(angle, rates.velocity[2], rates.dt)),
-            rate: rate_loss.pass(gyro.read(body.rate + delay * rates.rate[2], rates.dt)),
-            pin: pin_loss.pass(opening + *bias + noise.sample()),
+            inclination,
+            rate,
+            pin: loss.pass(opening + *bias + noise.sample()),
             wheels,
         };
         self.mount.links(truth.time, &reading)

@@ -76,20 +76,12 @@ impl Loss {
 /// Encoder on the motor with n counts per turn of the wheel: counts c = floor(angle n/(2 pi)),
 /// reading 2 pi c/n, rad.
 #[derive(Clone, Debug)]
-pub(super) struct Encoder {
-    counts: f64,
-}
+pub(super) struct Encoder(pub f64);
 
 impl Encoder {
-    pub fn new(spec: &SensorSpec) -> Self {
-        Self {
-            counts: spec.encoder_counts,
-        }
-    }
-
     pub fn read(&self, angle: f64) -> f64 {
-        if self.counts > 0.0 {
-            (angle * self.counts / TAU).floor() * (TAU / self.counts)
+        if self.0 > 0.0 {
+            (angle * self.0 / TAU).floor() * (TAU / self.0)
         } else {
             angle
         }

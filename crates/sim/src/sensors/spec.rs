@@ -60,86 +60,6 @@ pub struct SensorSpec {
     pub dropped: f64,
 }
 
-impl SensorSpec {
-    /// Ideal sensors: readings equal the truth.
-    pub fn ideal() -> Self {
-        Self {
-            contact_angle_time: 0.3,
-            ..Self::default()
-        }
-    }
-
-    /// Typical sensors of a research robot: the robot's own encoder, calibrated current
-    /// measurement, industrial inclinometers, a MEMS gyro zeroed at rest.
-    ///
-    /// - torque: gain error 2 %, offset and noise 0.1 N m each (1 % of the drive's limit). Assumed:
-    ///   a Hall current sensor of the class of the ACS712 (total error 1.5 % at room temperature),
-    ///   and a gear efficiency known about as well.
-    /// - inclinometer: noise 0.1 deg; bias 0.1 deg, mounting and zero error together. Assumed; a
-    ///   MEMS inclinometer itself resolves 0.0035 deg in 10 Hz (data sheet of the SCA100T).
-    /// - angle of pin Q: noise and bias 0.1 deg each, a step of an ADC of 12 bits over a turn.
-    ///   Assumed.
-    /// - gyro: noise 0.1 deg/s per sample at 1 kHz: the density 0.005 deg/s/sqrt(Hz) of a consumer
-    ///   MEMS gyro (data sheet of the MPU-6050) over 500 Hz.
-    /// - contact angles: 2 deg RMS with a correlation time of 0.3 s. Assumed: at 0.2 m/s that is 60
-    ///   mm of ground and an error of 2 mm in height over that length.
-    pub fn typical() -> Self {
-        Self {
-            encoder_counts: ENCODER_COUNTS,
-            torque_gain: 0.02,
-            torque_offset: 0.1,
-            torque_noise: 0.1,
-            pin_noise: 0.1_f64.to_radians(),
-            pin_bias: 0.1_f64.to_radians(),
-            inclination_noise: 0.1_f64.to_radians(),
-            inclination_bias: 0.1_f64.to_radians(),
-            specific_force: true,
-            rate_noise: 0.1_f64.to_radians(),
-            contact_angle_error: 2.0_f64.to_radians(),
-            ..Self::ideal()
-        }
-    }
-
-    /// Low-cost sensors without calibration, read by a heavily loaded computer: about three times
-    /// the errors of [`Self::typical`], and further errors.
-    ///
-    /// - encoder: one edge per pulse is counted instead of four.
-    /// - torque: gain error 6 %, offset and noise 0.3 N m each; quantisation step 0.04 N m: an ADC
-    ///   of 10 bits over +-20 N m, twice the drive's limit.
-    /// - inclinometer: noise and bias 0.3 deg each; lag 20 ms, a low pass of 8 Hz, the lower end of
-    ///   8 to 28 Hz of an over-damped MEMS inclinometer (data sheet of the SCA100T).
-    /// - gyro: noise 0.3 deg/s per sample. Scale error 1 %: the tolerance of +-3 % of a consumer
-    ///   MEMS gyro (MPU-6050) taken as three standard deviations. Bias 0.3 deg/s after zeroing and
-    ///   a random walk of 0.01 deg/s/sqrt(s), 0.6 deg/s in an hour: assumed, well inside the +-20
-    ///   deg/s over temperature of the same data sheet.
-    /// - contact angles: 6 deg RMS.
-    /// - sampling: jitter 20 us, assumed for a heavily loaded real-time computer. It affects
-    ///   differences of angles most: at 2 rad/s and 1 kHz it is 3 % of the speed. 1 % of the
-    ///   readings are lost.
-    pub fn poor() -> Self {
-        Self {
-            encoder_counts: ENCODER_COUNTS / 4.0,
-            torque_gain: 0.06,
-            torque_offset: 0.3,
-            torque_noise: 0.3,
-            torque_step: 0.04,
-            pin_noise: 0.3_f64.to_radians(),
-            pin_bias: 0.3_f64.to_radians(),
-            inclination_noise: 0.3_f64.to_radians(),
-            inclination_bias: 0.3_f64.to_radians(),
-            inclination_lag: 0.02,
-            rate_noise: 0.3_f64.to_radians(),
-            rate_bias: 0.3_f64.to_radians(),
-            rate_walk: 0.01_f64.to_radians(),
-            rate_scale: 0.01,
-            contact_angle_error: 6.0_f64.to_radians(),
-            jitter: 2e-5,
-            dropped: 0.01,
-            ..Self::typical()
-        }
-    }
-}
-
 named! {
     /// Where inclinometers and gyros sit.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -156,11 +76,39 @@ named! {
     /// Named sets of sensor parameters.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Grade {
-        /// Readings equal the truth: [`SensorSpec::ideal`].
+        /// Ideal sensors: readings equal the truth.
         Ideal = "ideal",
-        /// Sensors of a research robot: [`SensorSpec::typical`].
+        /// Typical sensors of a research robot: the robot's own encoder, calibrated current
+        /// measurement, industrial inclinometers, a MEMS gyro zeroed at rest.
+        ///
+        /// - torque: gain error 2 %, offset and noise 0.1 N m each (1 % of the drive's limit). Assumed:
+        ///   a Hall current sensor of the class of the ACS712 (total error 1.5 % at room temperature),
+        ///   and a gear efficiency known about as well.
+        /// - inclinometer: noise 0.1 deg; bias 0.1 deg, mounting and zero error together. Assumed; a
+        ///   MEMS inclinometer itself resolves 0.0035 deg in 10 Hz (data sheet of the SCA100T).
+        /// - angle of pin Q: noise and bias 0.1 deg each, a step of an ADC of 12 bits over a turn.
+        ///   Assumed.
+        /// - gyro: noise 0.1 deg/s per sample at 1 kHz: the density 0.005 deg/s/sqrt(Hz) of a consumer
+        ///   MEMS gyro (data sheet of the MPU-6050) over 500 Hz.
+        /// - contact angles: 2 deg RMS with a correlation time of 0.3 s. Assumed: at 0.2 m/s that is 60
+        ///   mm of ground and an error of 2 mm in height over that length.
         Typical = "typical",
-        /// Low-cost sensors: [`SensorSpec::poor`].
+        /// Low-cost sensors without calibration, read by a heavily loaded computer: about three times
+        /// the errors of `typical`, and further errors.
+        ///
+        /// - encoder: one edge per pulse is counted instead of four.
+        /// - torque: gain error 6 %, offset and noise 0.3 N m each; quantisation step 0.04 N m: an ADC
+        ///   of 10 bits over +-20 N m, twice the drive's limit.
+        /// - inclinometer: noise and bias 0.3 deg each; lag 20 ms, a low pass of 8 Hz, the lower end of
+        ///   8 to 28 Hz of an over-damped MEMS inclinometer (data sheet of the SCA100T).
+        /// - gyro: noise 0.3 deg/s per sample. Scale error 1 %: the tolerance of +-3 % of a consumer
+        ///   MEMS gyro (MPU-6050) taken as three standard deviations. Bias 0.3 deg/s after zeroing and
+        ///   a random walk of 0.01 deg/s/sqrt(s), 0.6 deg/s in an hour: assumed, well inside the +-20
+        ///   deg/s over temperature of the same data sheet.
+        /// - contact angles: 6 deg RMS.
+        /// - sampling: jitter 20 us, assumed for a heavily loaded real-time computer. It affects
+        ///   differences of angles most: at 2 rad/s and 1 kHz it is 3 % of the speed. 1 % of the
+        ///   readings are lost.
         Poor = "poor",
     }
 }
@@ -169,9 +117,44 @@ impl Grade {
     /// The sensors of this grade.
     pub fn sensors(self) -> SensorSpec {
         match self {
-            Self::Ideal => SensorSpec::ideal(),
-            Self::Typical => SensorSpec::typical(),
-            Self::Poor => SensorSpec::poor(),
+            Self::Ideal => SensorSpec {
+                contact_angle_time: 0.3,
+                ..SensorSpec::default()
+            },
+            Self::Typical => SensorSpec {
+                encoder_counts: ENCODER_COUNTS,
+                torque_gain: 0.02,
+                torque_offset: 0.1,
+                torque_noise: 0.1,
+                pin_noise: 0.1_f64.to_radians(),
+                pin_bias: 0.1_f64.to_radians(),
+                inclination_noise: 0.1_f64.to_radians(),
+                inclination_bias: 0.1_f64.to_radians(),
+                specific_force: true,
+                rate_noise: 0.1_f64.to_radians(),
+                contact_angle_error: 2.0_f64.to_radians(),
+                ..Self::Ideal.sensors()
+            },
+            Self::Poor => SensorSpec {
+                encoder_counts: ENCODER_COUNTS / 4.0,
+                torque_gain: 0.06,
+                torque_offset: 0.3,
+                torque_noise: 0.3,
+                torque_step: 0.04,
+                pin_noise: 0.3_f64.to_radians(),
+                pin_bias: 0.3_f64.to_radians(),
+                inclination_noise: 0.3_f64.to_radians(),
+                inclination_bias: 0.3_f64.to_radians(),
+                inclination_lag: 0.02,
+                rate_noise: 0.3_f64.to_radians(),
+                rate_bias: 0.3_f64.to_radians(),
+                rate_walk: 0.01_f64.to_radians(),
+                rate_scale: 0.01,
+                contact_angle_error: 6.0_f64.to_radians(),
+                jitter: 2e-5,
+                dropped: 0.01,
+                ..Self::Typical.sensors()
+            },
         }
     }
 }

@@ -201,7 +201,7 @@ impl Shape for Heights {
             }
             Interpolation::Corners => {
                 let corner = |p: &Vec2| Piece::Line(Vec2::new(p.x, p.y - first.y));
-                corners(points).map(corner).collect()
+                corners(points).into_iter().map(corner).collect()
             }
         };
         (Vec2::new(first.x, 0.0), pieces)
@@ -210,30 +210,28 @@ impl Shape for Heights {
 
 /// The points behind the first without those that lie on the straight line between their
 /// neighbours: however finely a straight stretch is measured, to a wheel it is one edge.
-fn corners(points: &[Vec2]) -> impl Iterator<Item = &Vec2> {
+fn corners(points: &[Vec2]) -> Vec<&Vec2> {
     let mut kept = Vec::new();
-    let mut from = points.first();
+    let Some(mut start) = points.first() else {
+        return kept;
+    };
     // Slopes from the last corner that pass every point since then within STRAIGHT.
-    let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+    let any = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut least, mut most) = any;
     for pair in points.windows(2) {
         let (last, next) = (&pair[0], &pair[1]);
-        if let Some(start) = from {
-            let slope = |y: f64| (y - start.y) / (next.x - start.x);
-            let here = slope(next.y);
-            if !(here >= least && here <= most) {
-                kept.push(last);
-                from = Some(last);
-                (least, most) = (f64::NEG_INFINITY, f64::INFINITY);
-            }
+        let slope = |from: &Vec2, y: f64| (y - from.y) / (next.x - from.x);
+        let here = slope(start, next.y);
+        if !(here >= least && here <= most) {
+            kept.push(last);
+            start = last;
+            (least, most) = any;
         }
-        if let Some(start) = from {
-            let slope = |y: f64| (y - start.y) / (next.x - start.x);
-            least = least.max(slope(next.y - STRAIGHT));
-            most = most.min(slope(next.y + STRAIGHT));
-        }
+        least = least.max(slope(start, next.y - STRAIGHT));
+        most = most.min(slope(start, next.y + STRAIGHT));
     }
     kept.extend(points.last());
-    kept.into_iter()
+    kept
 }
 
 /// Second derivatives of the natural cubic spline at its points, 1/m, by the tridiagonal algorithm.

@@ -149,28 +149,26 @@ impl Terrain {
                     run: Some(edge.run),
                 });
             }
-            let guess = if rates[0] > 0.0 {
-                if index == first {
-                    return None;
-                }
-                if let Some(joint) = Place::joint(&edges[index - 1], edge, centre) {
-                    return Some(joint);
-                }
-                last = index - 1;
-                edge.newton_x(centre, 0)
-            } else {
-                if index == last {
-                    return None;
-                }
-                if let Some(joint) = Place::joint(edge, &edges[index + 1], centre) {
-                    return Some(joint);
-                }
-                first = index + 1;
-                edge.newton_x(centre, 1)
+            // The minimum is behind this edge or ahead of it.
+            let is_behind = rates[0] > 0.0;
+            let (before, end) = match is_behind {
+                true => (index.wrapping_sub(1), first),
+                false => (index, last),
             };
+            if index == end {
+                return None;
+            }
+            if let Some(joint) = Place::joint(&edges[before], &edges[before + 1], centre) {
+                return Some(joint);
+            }
+            match is_behind {
+                true => last = before,
+                false => first = before + 1,
+            }
             if first > last {
                 return None;
             }
+            let guess = edge.newton_x(centre, usize::from(!is_behind));
             index = if steps < NEWTON_STEPS {
                 grid.edge_at(edges, guess).clamp(first, last)
             } else {

@@ -6,7 +6,7 @@
 //! system), predictive step control, reuse of the Jacobian and of the factorisations. Sizes are
 //! fixed and errors are absolute. If `f` has no value at a state, the step becomes shorter.
 
-use super::method::{A, C1, C2, Cubic, ERROR, PAIR, REAL, T, T_INVERSE, combined};
+use super::method::{A, C1, C2, Cubic, ERROR, PAIR, REAL, Stages, T, T_INVERSE, combined};
 use nalgebra::{Complex, SVector};
 
 /// Largest number of Newton iterations. After these, a shorter step is tried.
@@ -113,7 +113,7 @@ pub(super) struct Radau<const N: usize, const Q: usize, M: Model<N, Q>> {
 }
 
 /// Increments of the stages, number of iterations, and contraction of the error per iteration.
-type Stages<const N: usize> = ([SVector<f64, N>; 3], u32, f64);
+type Increments<const N: usize> = (Stages<N>, u32, f64);
 
 /// The attempt failed; the next one has the step times this factor.
 struct Shorter(f64);
@@ -207,17 +207,16 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
 
     /// One attempt at a step of the planned length.
     fn attempt(&mut self, model: &mut M, retried: bool) -> Result<(), Shorter> {
-        let h = self.step;
-        let factors = self.factors(model, h).ok_or(Shorter(0.5))?;
-        let (z, iterations, contraction) = match self.newton(model, &factors, h) {
-            Ok(stages) => stages,
-            Err(shorter) => {
-                self.factors = Some(factors);
-                return Err(shorter);
-            }
-        };
-        let error = self.error(model, &factors, h, &z, retried || self.last.is_none());
+        let factors = self.factors(model).ok_or(Shorter(0.5))?;
+        let retried = retried || self.last.is_none();
+        let solved = (self.newton(model, &factors.system)).map(|stages| {
+            (
+                stages,
+                self.error(model, &factors.system, &stages.0, retried),
+            )
+        });
         self.factors = Some(factors);
+        let ((z, iterations, contraction), error) = solved?;
         if iterations > 1 {
             self.expected_contraction = contraction / (1.0 - contraction);
         }
@@ -231,16 +230,17 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
             return Err(Shorter(factor.min(SAFETY)));
         }
         let y = self.y + z[2];
-        let rates = model.rates(self.time + h, &y).ok_or(Shorter(0.5))?;
+        let rates = model.rates(self.time + self.step, &y).ok_or(Shorter(0.5))?;
         self.work.rates += 1;
-        self.accept(model, h, &z, y, rates);
-        self.plan(h, error, factor, contraction);
+        self.accept(model, &z, y, rates);
+        self.plan(error, factor, contraction);
         Ok(())
     }
 
     /// The factorised matrices for a step, reused from the last step if possible. `None` if one is
     /// singular.
-    fn factors(&mut self, model: &mut M, h: f64) -> Option<Factors<M::System>> {
+    fn factors(&mut self, model: &mut M) -> Option<Factors<M::System>> {
+        let h = self.step;
         if let (Some(factors), Some(_)) = (self.factors.take(), &self.jacobian)
             && (factors.step - h).abs() <= 1e-12 * h
         {
@@ -264,12 +264,8 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
 
     /// Simplified Newton iterations for the increments of the stages, started from the extrapolated
     /// polynomial of the last step.
-    fn newton(
-        &mut self,
-        model: &mut M,
-        factors: &Factors<M::System>,
-        h: f64,
-    ) -> Result<Stages<N>, Shorter> {
+    fn newton(&mut self, model: &mut M, system: &M::System) -> Result<Increments<N>, Shorter> {
+        let h = self.step;
         let length = self.time - self.begin;
         let mut z = [C1, C2, 1.0].map(|c| match length > 0.0 {
             true => self.dense.beyond(c * h / length),
@@ -292,8 +288,8 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
                 let w = Complex::new(w[1][i], w[2][i]);
                 Complex::new(f[1][i], f[2][i]) - PAIR / h * w
             });
-            factors.system.solve_real(&mut real);
-            factors.system.solve_pair(&mut pair);
+            system.solve_real(&mut real);
+            system.solve_pair(&mut pair);
             w[0] += real;
             w[1] += pair.map(|p| p.re);
             w[2] += pair.map(|p| p.im);
@@ -334,24 +330,17 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
     }
 
     /// Error of the step relative to the allowed one.
-    fn error(
-        &mut self,
-        model: &mut M,
-        factors: &Factors<M::System>,
-        h: f64,
-        z: &[SVector<f64, N>; 3],
-        retried: bool,
-    ) -> f64 {
-        let stages = (z[0] * ERROR[0] + z[1] * ERROR[1] + z[2] * ERROR[2]) / h;
+    fn error(&mut self, model: &mut M, system: &M::System, z: &Stages<N>, retried: bool) -> f64 {
+        let stages = (z[0] * ERROR[0] + z[1] * ERROR[1] + z[2] * ERROR[2]) / self.step;
         let mut error = stages + self.rates;
-        factors.system.solve_real(&mut error);
+        system.solve_real(&mut error);
         let first = self.norm(&error);
         // The estimate is too large for errors of stiff components: it is filtered once more.
         if first >= 1.0 && retried {
             self.work.rates += 1;
             if let Some(rates) = model.rates(self.time, &(self.y + error)) {
                 let mut error = stages + rates;
-                factors.system.solve_real(&mut error);
+                system.solve_real(&mut error);
                 return self.norm(&error).max(1e-10);
             }
         }
@@ -359,15 +348,9 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
     }
 
     /// Accepts the step and integrates over it.
-    fn accept(
-        &mut self,
-        model: &mut M,
-        h: f64,
-        z: &[SVector<f64, N>; 3],
-        y: SVector<f64, N>,
-        rates: SVector<f64, N>,
-    ) {
-        let integrands: [SVector<f64, Q>; 3] = [0, 1, 2].map(|i| {
+    fn accept(&mut self, model: &mut M, z: &Stages<N>, y: SVector<f64, N>, rates: SVector<f64, N>) {
+        let h = self.step;
+        let integrands: Stages<Q> = [0, 1, 2].map(|i| {
             let node = self.time + [C1, C2, 1.0][i] * h;
             model.integrands(node, &(self.y + z[i]))
         });
@@ -383,7 +366,8 @@ impl<const N: usize, const Q: usize, M: Model<N, Q>> Radau<N, Q, M> {
     }
 
     /// Chooses the length of the next step and what it reuses.
-    fn plan(&mut self, h: f64, error: f64, factor: f64, contraction: f64) {
+    fn plan(&mut self, error: f64, factor: f64, contraction: f64) {
+        let h = self.step;
         let mut factor = factor;
         if let Some((last_step, last_error)) = self.last {
             // Gustafsson's predictive control: a growing error is expected to continue to grow.

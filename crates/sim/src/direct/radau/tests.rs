@@ -85,13 +85,14 @@ where
 {
     /// A step of fixed length, without error control.
     fn forced_step(&mut self, model: &mut Test<N, F>, h: f64) {
-        let factors = self.factors(model, h).unwrap();
-        let Ok((z, ..)) = self.newton(model, &factors, h) else {
+        self.step = h;
+        let factors = self.factors(model).unwrap();
+        let Ok((z, ..)) = self.newton(model, &factors.system) else {
             panic!("no convergence");
         };
         let y = self.y + z[2];
         let rates = model.rates(self.time + h, &y).unwrap();
-        self.accept(model, h, &z, y, rates);
+        self.accept(model, &z, y, rates);
         self.factors = Some(factors);
     }
 }

@@ -98,16 +98,18 @@ fn assert_drawn(sigma: f64, spec: &SensorSpec, pick: fn(&DrawnErrors) -> f64) {
 /// Equivalence: ideal sensors read the truth, bit for bit.
 #[test]
 fn ideal_readings_are_the_truth() {
-    for (k, readings) in (0..100).zip(read(&SensorSpec::ideal(), 3, 100, moving)) {
+    for (k, readings) in (0..100).zip(read(&Grade::Ideal.sensors(), 3, 100, moving)) {
         let truth = moving(k);
         let link = |i: usize| &truth.links[i];
         let expected = Readings {
             time: truth.time,
             wheel_angle: truth.wheels.map(|w| Some(w.angle)),
             motor_torque: truth.wheels.map(|w| Some(w.torque)),
-            inclination: [0, 1].map(|i| Some(link(i).angle)),
-            rate: [0, 1].map(|i| Some(link(i).rate)),
-            rate_error: [0.0; 2],
+            links: [0, 1].map(|i| LinkReading {
+                inclination: Some(link(i).angle),
+                rate: Some(link(i).rate),
+                rate_error: 0.0,
+            }),
             contact_angle: truth.wheels.map(|w| Some(w.contact_angle)),
         };
         assert_eq!(readings, expected);
@@ -117,7 +119,7 @@ fn ideal_readings_are_the_truth() {
 /// Determinism: the same seed gives the same bits, another seed others.
 #[test]
 fn the_same_seed_gives_the_same_readings() {
-    let poor = SensorSpec::poor();
+    let poor = Grade::Poor.sensors();
     let run = |seed| read(&poor, seed, 500, moving);
     assert_eq!(run(11), run(11));
     assert_ne!(run(11), run(12));
@@ -129,7 +131,7 @@ fn the_same_seed_gives_the_same_readings() {
 fn jitter_moves_the_instant_of_sampling() {
     let spec = SensorSpec {
         jitter: 1e-4,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     let readings = read(&spec, 1, 20_000, moving);
     let mut delays = Vec::new();
@@ -141,13 +143,13 @@ fn jitter_moves_the_instant_of_sampling() {
         let delay = (read - wheel.angle) / wheel.omega;
         delays.push(delay);
         let link = &truth.links[0];
-        let read = readings.inclination[0].expect("no losses");
+        let read = readings.links[0].inclination.expect("no losses");
         // Rounding of the wheel angle of up to 50 rad, divided by its speed.
         assert!((read - (link.angle + delay * link.rate)).abs() < 1e-14);
         // The rates of gyro rate and torque are differences over the last millisecond, so they are
         // half a millisecond old.
         if k > 0 {
-            let read = readings.rate[0].expect("no losses");
+            let read = readings.links[0].rate.expect("no losses");
             let expected = 0.1 * (truth.time + delay).cos();
             assert!((read - expected).abs() < 0.1 * (0.5 * DT + delay.abs()) * delay.abs() + 1e-14);
             let read = readings.motor_torque[0].expect("no losses");
@@ -166,14 +168,17 @@ fn readings_are_lost_independently() {
     const SAMPLES: u32 = 20_000;
     let spec = SensorSpec {
         dropped: 0.1,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     let channels = |r: &Readings| {
         let mut all = Vec::new();
         for three in [r.wheel_angle, r.motor_torque, r.contact_angle] {
             all.extend(three.map(|v| v.is_none()));
         }
-        for two in [r.inclination, r.rate] {
+        for two in [
+            r.links.map(|link| link.inclination),
+            r.links.map(|link| link.rate),
+        ] {
             all.extend(two.map(|v| v.is_none()));
         }
         all
@@ -202,11 +207,11 @@ fn switching_one_error_off_changes_no_other_channel() {
     type Parts = fn(&Readings) -> Vec<Option<f64>>;
     let angle: Parts = |r| r.wheel_angle.to_vec();
     let torque: Parts = |r| r.motor_torque.to_vec();
-    let inclination: Parts = |r| r.inclination.to_vec();
-    let rate: Parts = |r| r.rate.to_vec();
+    let inclination: Parts = |r| r.links.map(|link| link.inclination).to_vec();
+    let rate: Parts = |r| r.links.map(|link| link.rate).to_vec();
     let contact: Parts = |r| r.contact_angle.to_vec();
     let all = [angle, torque, inclination, rate, contact];
-    let poor = SensorSpec::poor();
+    let poor = Grade::Poor.sensors();
     type Change = fn(&mut SensorSpec);
     let changes: [(usize, Change); 12] = [
         (0, |s| s.encoder_counts = 0.0),
@@ -252,17 +257,17 @@ fn channels_are_uncorrelated() {
         rate_noise: 1.0,
         contact_angle_error: 1.0,
         contact_angle_time: 0.0,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     let readings = read(&spec, 1, SAMPLES, at_rest);
     let channels: [fn(&Readings) -> Option<f64>; 10] = [
         |r| r.motor_torque[0],
         |r| r.motor_torque[1],
         |r| r.motor_torque[2],
-        |r| r.inclination[0],
-        |r| r.inclination[1],
-        |r| r.rate[0],
-        |r| r.rate[1],
+        |r| r.links[0].inclination,
+        |r| r.links[1].inclination,
+        |r| r.links[0].rate,
+        |r| r.links[1].rate,
         |r| r.contact_angle[0],
         |r| r.contact_angle[1],
         |r| r.contact_angle[2],

@@ -7,7 +7,7 @@ use super::*;
 fn encoders_read_whole_counts() {
     let spec = SensorSpec {
         encoder_counts: ENCODER_COUNTS,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     let count = TAU / ENCODER_COUNTS;
     for (k, readings) in (0..2000).zip(read(&spec, 0, 2000, moving)) {
@@ -33,12 +33,12 @@ fn encoders_read_whole_counts() {
 fn torque_has_gain_offset_and_white_noise() {
     let gain = SensorSpec {
         torque_gain: 0.02,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     assert_drawn(0.02, &gain, |d| d.torque_gain[1]);
     let offset = SensorSpec {
         torque_offset: 0.1,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     assert_drawn(0.1, &offset, |d| d.torque_offset[2]);
 
@@ -56,7 +56,7 @@ fn torque_has_gain_offset_and_white_noise() {
     }
     let noise = SensorSpec {
         torque_noise: 0.1,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     let readings = read(&noise, 1, 50_000, at_rest);
     assert_white(&values(&readings, |r| r.motor_torque[0]), 0.1);
@@ -68,7 +68,7 @@ fn torque_has_gain_offset_and_white_noise() {
 fn torque_is_quantised_and_contains_friction() {
     let spec = SensorSpec {
         torque_step: 0.04,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     for (k, readings) in (0..500).zip(read(&spec, 1, 500, moving)) {
         let found = readings.motor_torque[0].expect("no losses");
@@ -78,7 +78,7 @@ fn torque_is_quantised_and_contains_friction() {
     }
     let spec = SensorSpec {
         torque_friction: 0.5,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     for (omega, friction) in [(2.0, 0.5), (-2.0, -0.5), (0.0, 0.0)] {
         let mut truth = at_rest(0);
@@ -100,7 +100,7 @@ fn the_error_of_contact_angles_is_an_ornstein_uhlenbeck_process() {
     let spec = SensorSpec {
         contact_angle_error: sigma,
         contact_angle_time: correlated,
-        ..SensorSpec::ideal()
+        ..Grade::Ideal.sensors()
     };
     let errors = values(&read(&spec, 1, SAMPLES, at_rest), |r| r.contact_angle[2]);
     let bound = 4.0 * (2.0 * correlated / time(SAMPLES)).sqrt();
