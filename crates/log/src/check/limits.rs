@@ -22,6 +22,8 @@ const PILED_UP: usize = 3;
 /// Least number of readings at a limit, and their least share.
 const LEAST: usize = 100;
 const LEAST_SHARE: f64 = 0.03;
+/// Times that a torque comes to its limit which show one: errors of a single one last as long as it does.
+const VISITS: usize = 2;
 /// Residual of the equations over its deviation, the middle one, up to which they fit: of right torques it is half as
 /// large as stated, also at a drive's own limit.
 const FITS: f64 = 0.75;
@@ -33,14 +35,24 @@ const MUCH_MORE: f64 = 3.0;
 pub const TEST: &str = "limit";
 const UNKNOWN: &str = "fine if that is the drive's own limit or a steady slope; if it is that of the current's sensor, the forces there are wrong: look up both";
 
-/// Whether each reading of a torque, a NaN where there is none, is at a limit, and the limit, N m; `None` without one.
-fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
+/// The limit of a torque.
+struct Limit {
+    /// Whether each reading is at it.
+    readings: Vec<bool>,
+    /// N m.
+    value: f64,
+    /// Times that the torque came to it from beyond the next band.
+    visits: usize,
+}
+
+/// The limit of these readings of a torque, a NaN where there is none; `None` without one.
+fn at_limit(values: &[f64]) -> Option<Limit> {
     let noise = white_noise(values)? / ((2 * HALF + 1) as f64).sqrt();
     let means = smooth(values, HALF);
     let band = BAND * noise;
     // A count of readings.
     let count = means.iter().filter(|x| x.is_finite()).count() as f64;
-    let (mut readings, mut limit, mut most) = (vec![false; values.len()], 0.0, 0);
+    let (mut readings, mut value, mut most, mut visits) = (vec![false; values.len()], 0.0, 0, 0);
     for sign in [1.0, -1.0] {
         let signed = means.iter().map(|x| sign * x);
         let top = signed.fold(f64::NEG_INFINITY, f64::max);
@@ -56,14 +68,22 @@ fn at_limit(values: &[f64]) -> Option<(Vec<bool>, f64)> {
         if first < PILED_UP * next.max(1) || first < LEAST || share < LEAST_SHARE {
             continue;
         }
+        let mut is_there = false;
         for (reading, x) in readings.iter_mut().zip(&means) {
-            *reading |= is_in(*x, 0.0);
+            let is_at = is_in(*x, 0.0);
+            *reading |= is_at;
+            visits += usize::from(is_at && !is_there);
+            is_there = is_at || is_there && top - sign * x < 2.0 * band;
         }
         if first > most {
-            (most, limit) = (first, sign * (top - 0.5 * band));
+            (most, value) = (first, sign * (top - 0.5 * band));
         }
     }
-    (most > 0).then_some((readings, limit))
+    (most > 0).then_some(Limit {
+        readings,
+        value,
+        visits,
+    })
 }
 
 /// Torques that stay at a limit, by their names, a NaN where a frame has none. `turning`: whether a wheel turns in each
@@ -76,16 +96,17 @@ pub fn finding(
     squares: &[f64],
     [expected, correlated]: [f64; 2],
 ) -> Option<Finding> {
-    let (mut names, mut limits) = (Vec::new(), Vec::new());
+    let (mut names, mut limits, mut visits) = (Vec::new(), Vec::new(), 0);
     let mut is_at_any = vec![false; squares.len()];
     for (name, values) in torques {
         let while_turning = values.iter().zip(turning);
         let values = while_turning.map(|(value, turns)| if *turns { *value } else { f64::NAN });
         let values: Vec<f64> = values.collect();
-        if let Some((readings, limit)) = at_limit(&values) {
+        if let Some(limit) = at_limit(&values) {
             names.push(name);
-            limits.push(limit);
-            let frames = is_at_any.iter_mut().zip(readings);
+            limits.push(limit.value);
+            visits = visits.max(limit.visits);
+            let frames = is_at_any.iter_mut().zip(limit.readings);
             frames.for_each(|(at, found)| *at |= found);
         }
     }
@@ -113,7 +134,7 @@ pub fn finding(
         .with("at a limit", at, "-")
         .with("elsewhere", away, "-");
     let is_more = at > FITS && at > MORE * away || at > MUCH_MORE * away;
-    Some(if is_more && at > correlated {
+    Some(if is_more && at > correlated && visits >= VISITS {
         finding.fault("what is read is cut off there, not what acts: choose a greater range of the current's sensor or of its number")
     } else if at < FITS && away < FITS {
         finding
@@ -186,9 +207,9 @@ mod tests {
         let cut: Vec<f64> = (0..2000)
             .map(|k| wave(k).clamp(-1.5, 1.5) + noise[k])
             .collect();
-        let found = at_limit(&cut).map(|(readings, limit)| {
-            let count = readings.iter().filter(|at| **at).count();
-            (count as f64 / 2000.0, limit.abs())
+        let found = at_limit(&cut).map(|limit| {
+            let count = limit.readings.iter().filter(|at| **at).count();
+            (count as f64 / 2000.0, limit.value.abs())
         });
         assert!(
             found.is_some_and(
