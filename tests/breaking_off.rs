@@ -268,6 +268,45 @@ fn a_full_disk_is_an_error_that_names_the_file() {
     }
 }
 
+/// A table that cannot grow any more ends with its last whole group of rows, under its own name, and
+/// is read as any other.
+#[test]
+fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
+    // In blocks of 512 or 1024 bytes. The truth reaches it first: 16 384 of its rows have 14 MB, as
+    // text 24 MB.
+    for (format, limit) in [("parquet", 40_000), ("csv", 64_000)] {
+        let dir = long_scene();
+        let mut command = Command::new("sh");
+        let script = format!(
+            "ulimit -f {limit} && exec \"$0\" run long.toml --set 'estimator=[{{name=\"true-mass\"}}]' --rerun off --format {format}"
+        );
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_robhaz")]);
+        command.current_dir(dir.path());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let output = Running::start(command).output();
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        let truth = format!("runs/long.partial/truth.{format}");
+        assert!(!dir.path().join(format!("{truth}.partial")).exists());
+        let truth_of = ["estimate", "runs/long.partial", "--truth", &truth];
+        let rest = [
+            "--estimator",
+            "true-mass",
+            "--rerun",
+            "off",
+            "--out",
+            "again",
+        ];
+        let estimate = robhaz(dir.path(), &[&truth_of[..], &rest].concat());
+        let output = { estimate }.output().unwrap();
+        assert!(output.status.success(), "{}", said(&output));
+        let summary = fs::read_to_string(dir.path().join("again/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        // Records with a truth, from 0.1 s on: at least one group.
+        let samples = summary["estimators"]["true-mass"]["samples"].as_u64();
+        assert!(samples > Some(16_384 - 100), "{samples:?}");
+    }
+}
+
 /// A folder with a run of a duration (s), `a`.
 fn flat_run(duration: u32) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();

@@ -7,7 +7,7 @@ use miette::IntoDiagnostic;
 use miette::Result;
 use robhaz_run::Sink;
 #[cfg(feature = "viewer")]
-use robhaz_viewer::RecordingSink;
+use robhaz_viewer::{INSTALL, RecordingSink};
 use std::path::Path;
 
 /// Why there is no viewer, and what helps.
@@ -94,9 +94,19 @@ impl Viewing {
             ));
         }
         match self.recording {
-            Some(_) => say(&format!("See it with `robhaz view {}`", word(folder))),
+            Some(_) => say(&how_to_see(folder, robhaz_viewer::is_installed())),
             None => Ok(()),
         }
+    }
+}
+
+/// The command that shows a run, and what it needs.
+#[cfg(feature = "viewer")]
+fn how_to_see(folder: &Path, is_installed: bool) -> String {
+    let command = format!("See it with `robhaz view {}`", word(folder));
+    match is_installed {
+        true => command,
+        false => format!("{command}, after `{INSTALL}`"),
     }
 }
 
@@ -146,5 +156,19 @@ mod tests {
             assert!(error.contains("live=HOST:PORT"), "{bad}: {error}");
         }
         assert!(Rerun::parse(Rerun::DEFAULT).is_ok());
+    }
+
+    /// The last line of a run can be copied, with and without a viewer.
+    #[test]
+    #[cfg(feature = "viewer")]
+    fn the_way_to_see_a_run_is_a_command() {
+        let folder = Path::new("runs/my run");
+        let said = how_to_see(folder, true);
+        assert_eq!(said, "See it with `robhaz view 'runs/my run'`");
+        let said = how_to_see(folder, false);
+        assert!(
+            said.ends_with("after `pip install rerun-sdk==0.36.3`"),
+            "{said}"
+        );
     }
 }

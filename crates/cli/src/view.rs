@@ -2,7 +2,7 @@
 
 use crate::interrupt;
 use crate::output_file::{Format, OutputFile};
-use crate::terminal::{say, word};
+use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, bail};
 use std::path::{Path, PathBuf};
 
@@ -60,10 +60,8 @@ fn recording(run: &Path) -> Result<PathBuf> {
     }
     if !file.is_file() {
         bail!(
-            "{} is not there: `robhaz run {} --force` makes the run again; a run by a robhaz with the viewer, without \
-             `--rerun off`, keeps a recording",
-            file.display(),
-            word(&file.with_file_name("scene.toml"))
+            "{} is not there: a run by a robhaz with the viewer, without `--rerun off`, keeps a recording",
+            file.display()
         );
     }
     Ok(file)

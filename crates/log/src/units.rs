@@ -217,6 +217,7 @@ impl Stated {
             scale: 1.0,
         }
     }
+
     /// Whether a column with a unit in its name has what is stated.
     pub fn agrees(&self, column: &Unit) -> bool {
         let is_scaled = (self.scale - 1.0).abs() > 1e-9;

@@ -25,8 +25,7 @@ pub struct LinkReading {
     /// Angular rate, rad/s, counter-clockwise.
     pub rate: Option<f64>,
     /// Standard deviation of the rate beyond the noise of a gyroscope, rad/s: of a rate that follows
-    /// from the angle of a joint, as [`BodyMount`] gives it. 0 of a gyroscope on the
-    /// link.
+    /// from the angle of a joint, as [`BodyMount`] gives it. 0 of a gyroscope on the link.
     pub rate_error: f64,
 }
 

@@ -5,7 +5,7 @@ use crate::estimator::Estimator;
 use crate::run::Run;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use robhaz_scene::{LogChoice, Scene as Checked};
 
 use std::path::PathBuf;
@@ -105,24 +105,39 @@ fn texts(overrides: Option<Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
     pairs.iter().map(text).collect()
 }
 
-/// A value as TOML, by way of JSON.
+/// A value as TOML.
 fn toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
-    let py = value.py();
-    let options = PyDict::new(py);
-    // NumPy's numbers and arrays as Python's.
-    let plain = py
-        .import("operator")?
-        .call_method1("methodcaller", ("tolist",))?;
-    options.set_item("default", plain)?;
-    let json = py
-        .import("json")?
-        .call_method("dumps", (value,), Some(&options));
-    let json: Option<String> = json.and_then(|text| text.extract()).ok();
-    let found = json.and_then(|json| serde_json::from_str::<toml::Value>(&json).ok());
-    let found = found.map(|value| value.to_string());
-    found.ok_or_else(|| {
-        PyTypeError::new_err(format!(
-            "{key}: found {value:?}, allowed: a number, a text, True or False, a list or a dictionary of these"
-        ))
-    })
+    if value.cast::<PyBool>().is_ok() {
+        return Ok(value.extract::<bool>()?.to_string());
+    }
+    if value.cast::<PyString>().is_ok() {
+        let text: String = value.extract()?;
+        // A TOML string takes the escapes of JSON.
+        return Ok(serde_json::Value::from(text).to_string());
+    }
+    if value.cast::<PyInt>().is_ok() {
+        return Ok(value.str()?.to_string());
+    }
+    if value.cast::<PyFloat>().is_ok() {
+        return Ok(format!("{:?}", value.extract::<f64>()?));
+    }
+    // NumPy's numbers are neither, and its arrays are no sequences.
+    if let Ok(plain) = value.call_method0("tolist") {
+        return toml(key, &plain);
+    }
+    if let Ok(table) = value.cast::<PyDict>() {
+        let entry = |(k, v): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+            Ok(format!("{} = {}", toml(key, &k)?, toml(key, &v)?))
+        };
+        let entries: PyResult<Vec<_>> = table.iter().map(entry).collect();
+        return Ok(format!("{{ {} }}", entries?.join(", ")));
+    }
+    let Ok(items) = value.try_iter() else {
+        let found = value.repr()?;
+        return Err(PyTypeError::new_err(format!(
+            "{key}: found {found}, allowed: a number, a text, True or False, a list or a dictionary of these"
+        )));
+    };
+    let items: PyResult<Vec<_>> = items.map(|item| toml(key, &item?)).collect();
+    Ok(format!("[{}]", items?.join(", ")))
 }

@@ -4,6 +4,7 @@ use crate::error::{RecordError, Result, io_error};
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
 use arrow_array::{ArrayRef, RecordBatch};
+use arrow_schema::DataType;
 use indexmap::IndexSet;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use robhaz_scene::StudyChoice;
@@ -40,6 +41,10 @@ impl Dataset {
         };
         let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| not(&e))?;
         let schema = reader.schema().clone();
+        if let Some(field) = schema.fields().iter().find(|f| !is_known(f.data_type())) {
+            let (name, other) = (field.name(), field.data_type());
+            return Err(not(&format!("column {name} has the type {other}")));
+        }
         let rows = reader.build().map_err(|e| not(&e))?;
         let text = |key: &str| {
             let note = schema.metadata().get(key).cloned();
@@ -114,4 +119,10 @@ impl Dataset {
         list.sort_by_key(|(_, count, first)| (u64::MAX - count, *first));
         list
     }
+}
+
+/// The types of columns that datasets have.
+fn is_known(kind: &DataType) -> bool {
+    use DataType::{Boolean, Float64, Int64, UInt64, Utf8};
+    matches!(kind, Float64 | Int64 | UInt64 | Boolean | Utf8)
 }

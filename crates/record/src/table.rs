@@ -3,6 +3,7 @@
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
 use crate::error::{Result, create_folder};
+
 use crate::point_table::ground_tables;
 use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
@@ -17,8 +18,8 @@ use std::slice;
 /// `ground-NAME`; it is made at the end of the run, because points change until the robot has left
 /// them.
 ///
-/// A file that is not complete has another name; a run that breaks off closes its tables, but for one
-/// that cannot be written.
+/// A file that is not complete has another name; a run that breaks off closes its tables. A table
+/// that cannot be written, on a full disk, ends with its last complete group of rows.
 #[derive(Default)]
 pub struct TableSink {
     /// Where the files are; `None` in memory.
@@ -49,11 +50,15 @@ impl RowTable {
 
     /// Completes its file, or returns what is in memory.
     fn finish(mut self) -> Result<Option<(String, RecordBatch)>> {
-        let batch = self.rows.take()?;
         let Some(mut file) = self.file else {
+            let batch = self.rows.take()?;
             return Ok(Some((self.rows.table.name, batch)));
         };
-        file.write(&batch)?;
+        if let Err(error) = file.write(&self.rows.take()?) {
+            // The error of the rows is the one to report.
+            let _ = file.cut_off();
+            return Err(error);
+        }
         file.finish(false).map(|()| None)
     }
 }
@@ -78,14 +83,21 @@ impl TableSink {
         self.in_memory
     }
 
-    /// Adds the rows of records to all tables, on all cores. A table that cannot be written stays
-    /// incomplete.
+    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is
+    /// completed with the rows before.
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result {
         let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
         let written: Vec<_> = written.collect();
-        let mut each = written.iter();
-        self.tables
-            .retain(|_| each.next().is_some_and(Result::is_ok));
+        let tables = std::mem::take(&mut self.tables);
+        for (table, written) in tables.into_iter().zip(&written) {
+            match (table.file, written) {
+                (Some(file), Err(_)) => {
+                    // The error of the rows is the one to report.
+                    let _ = file.cut_off();
+                }
+                (file, _) => self.tables.push(RowTable { file, ..table }),
+            }
+        }
         written.into_iter().collect()
     }
 }

@@ -9,11 +9,11 @@ use parquet::arrow::{ArrowSchemaConverter, add_encoded_arrow_schema_to_metadata}
 use parquet::basic::Compression;
 use parquet::data_type as stored;
 use parquet::errors::{ParquetError, Result as ParquetResult};
-use parquet::file::metadata::KeyValue;
+use parquet::file::metadata::{FileMetaData, KeyValue, ParquetMetaData, ParquetMetaDataWriter};
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek as _, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -41,19 +41,55 @@ impl TableFormat {
     }
 }
 
-/// A table while it is written. It gets its name when it is complete; until then, and after a kill
-/// or an error, it has that of an incomplete one.
+/// A table while it is written. It gets its name when it is complete; until then, and after a kill,
+/// it has that of an incomplete one.
 pub struct TableFile {
     path: PathBuf,
     partial: PathBuf,
     out: Out,
+    /// Rows that are written, and the size of the file with them alone, bytes.
+    rows: usize,
+    whole: u64,
 }
 
-type Buffer = BufWriter<File>;
+type Buffer = BufWriter<UntilError>;
 
 enum Out {
-    Parquet(Box<SerializedFileWriter<Buffer>>),
+    /// With the metadata of the file.
+    Parquet(Box<SerializedFileWriter<Buffer>>, Vec<KeyValue>),
     Csv(Buffer),
+}
+
+impl Out {
+    fn buffer(&mut self) -> &mut Buffer {
+        match self {
+            Self::Parquet(writer, _) => writer.inner_mut(),
+            Self::Csv(out) => out,
+        }
+    }
+}
+
+/// A file into which nothing more goes after an error: buffers write the rest when they are
+/// dropped.
+struct UntilError {
+    file: File,
+    has_failed: bool,
+}
+
+impl Write for UntilError {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.has_failed {
+            return Err(io::Error::other("an earlier write failed"));
+        }
+        let written = self.file.write(bytes);
+        let is_error = |e: &io::Error| e.kind() != io::ErrorKind::Interrupted;
+        self.has_failed = written.as_ref().is_err_and(is_error);
+        written
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
 }
 
 impl TableFile {
@@ -72,11 +108,16 @@ impl TableFile {
         let path = folder.join(format!("{name}.{}", format.extension()));
         let partial = path.with_added_extension("partial");
         let file = File::create(&partial).map_err(io_error("create", &partial))?;
+        let file = UntilError {
+            file,
+            has_failed: false,
+        };
         let mut file = BufWriter::with_capacity(WRITTEN_AT_ONCE, file);
         let out = match format {
             TableFormat::Parquet => {
                 let writer = writer(file, schema, values_repeat);
-                Out::Parquet(Box::new(writer.map_err(io_error("write", &path))?))
+                let (writer, metadata) = writer.map_err(io_error("write", &path))?;
+                Out::Parquet(Box::new(writer), metadata)
             }
             TableFormat::Csv => {
                 let names: Vec<&str> = schema.fields().iter().map(|f| f.name().as_str()).collect();
@@ -85,7 +126,13 @@ impl TableFile {
                 Out::Csv(file)
             }
         };
-        Ok(Self { path, partial, out })
+        Ok(Self {
+            path,
+            partial,
+            out,
+            rows: 0,
+            whole: 0,
+        })
     }
 
     /// Writes rows; of Parquet they are a row group. Of CSV they are numbers alone.
@@ -93,12 +140,21 @@ impl TableFile {
     /// # Errors
     /// [`RecordError`](crate::RecordError) of the file system, or for values of another type.
     pub fn write(&mut self, batch: &RecordBatch) -> Result {
-        let written = match &mut self.out {
-            _ if batch.num_rows() == 0 => Ok(()),
-            Out::Parquet(writer) => write_group(writer, batch).map_err(io::Error::from),
-            Out::Csv(out) => write_lines(out, batch),
-        };
-        written.map_err(io_error("write", &self.path))
+        let path = &self.path;
+        match &mut self.out {
+            _ if batch.num_rows() == 0 => return Ok(()),
+            Out::Parquet(writer, _) => {
+                write_group(writer, batch).map_err(io_error("write", path))?;
+            }
+            Out::Csv(out) => write_lines(out, batch).map_err(io_error("write", path))?,
+        }
+        let buffer = self.out.buffer();
+        let size = buffer
+            .flush()
+            .and_then(|()| buffer.get_mut().file.stream_position());
+        self.whole = size.map_err(io_error("write", path))?;
+        self.rows += batch.num_rows();
+        Ok(())
     }
 
     /// Completes the file and gives it its name; `on_disk`: when all of it is on the disk.
@@ -106,18 +162,42 @@ impl TableFile {
     /// # Errors
     /// [`RecordError`](crate::RecordError) of the file system.
     pub fn finish(mut self, on_disk: bool) -> Result {
-        let buffer = match &mut self.out {
-            Out::Parquet(writer) => {
-                writer.finish().map_err(io_error("write", &self.path))?;
-                writer.inner_mut()
-            }
-            Out::Csv(out) => out,
-        };
+        if let Out::Parquet(writer, _) = &mut self.out {
+            writer.finish().map_err(io_error("write", &self.path))?;
+        }
+        let buffer = self.out.buffer();
         let written = buffer.flush().and_then(|()| match on_disk {
-            true => buffer.get_mut().sync_all(),
+            true => buffer.get_mut().file.sync_all(),
             false => Ok(()),
         });
         written.map_err(io_error("write", &self.path))?;
+        std::fs::rename(&self.partial, &self.path).map_err(io_error("rename", &self.partial))
+    }
+
+    /// Completes the file after an error of [`TableFile::write`], with the rows before it: what it
+    /// has of the failed ones is removed, so that a full disk has room for the end of the file.
+    /// Without rows it keeps the name of an incomplete file.
+    ///
+    /// # Errors
+    /// [`RecordError`](crate::RecordError) of the file system.
+    pub fn cut_off(mut self) -> Result {
+        self.out.buffer().get_mut().has_failed = true;
+        let file = OpenOptions::new().write(true).open(&self.partial);
+        let mut file = file.map_err(io_error("open", &self.partial))?;
+        let cut = file.set_len(self.whole);
+        cut.and_then(|()| file.seek(SeekFrom::End(0)))
+            .map_err(io_error("write", &self.path))?;
+        if self.rows == 0 {
+            return Ok(());
+        }
+        if let Out::Parquet(writer, metadata) = &self.out {
+            let schema = Arc::new(writer.schema_descr().clone());
+            let rows = i64::try_from(self.rows).unwrap_or(i64::MAX);
+            let head = FileMetaData::new(1, rows, None, Some(metadata.clone()), schema, None);
+            let end = ParquetMetaData::new(head, writer.flushed_row_groups().to_vec());
+            let written = ParquetMetaDataWriter::new(&mut file, &end).finish();
+            written.map_err(io_error("write", &self.path))?;
+        }
         std::fs::rename(&self.partial, &self.path).map_err(io_error("rename", &self.partial))
     }
 }
@@ -196,13 +276,13 @@ fn write_group(
     group.close().map(|_| ())
 }
 
-/// A file without rows. Metadata of the table as a whole belong to the file, those of the columns to
-/// Arrow's schema, which the file has, too.
+/// A file without rows, and its metadata. Metadata of the table as a whole belong to the file, those of the columns
+/// to Arrow's schema, which the file has, too.
 fn writer(
     file: Buffer,
     schema: &SchemaRef,
     values_repeat: bool,
-) -> ParquetResult<SerializedFileWriter<Buffer>> {
+) -> ParquetResult<(SerializedFileWriter<Buffer>, Vec<KeyValue>)> {
     let metadata = schema.metadata().iter();
     let mut metadata: Vec<KeyValue> = metadata
         .map(|(k, v)| KeyValue::new(k.clone(), v.clone()))
@@ -227,8 +307,10 @@ fn writer(
         .build();
     let schema = Schema::new(schema.fields().clone());
     add_encoded_arrow_schema_to_metadata(&schema, &mut properties);
+    let metadata = properties.key_value_metadata().cloned();
     let columns = ArrowSchemaConverter::new().convert(&schema)?;
-    SerializedFileWriter::new(file, columns.root_schema_ptr(), Arc::new(properties))
+    let writer = SerializedFileWriter::new(file, columns.root_schema_ptr(), Arc::new(properties))?;
+    Ok((writer, metadata.unwrap_or_default()))
 }
 
 /// Writes the values of one column. The library's writer of whole batches looks up each value by an

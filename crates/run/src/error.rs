@@ -17,7 +17,7 @@ pub enum RunError {
     /// The simulation left its range of validity.
     #[error("the simulation stopped")]
     Plant(#[from] PlantFailure),
-    /// The robot cannot stand at its start. Nothing was simulated.
+    /// The robot cannot stand, or does not settle, at its start. Nothing was simulated.
     #[error("the robot cannot stand at its start")]
     Start(#[source] PlantFailure),
     /// The nominal robot is not a valid robot.

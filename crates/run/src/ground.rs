@@ -13,8 +13,8 @@ pub struct EstimatedTerrain<'a> {
 
 impl<'a> EstimatedTerrain<'a> {
     /// Points that left the memory of an estimator since the last record, in their final form: see
-    /// [`robhaz_estimator::Estimator::completed_ground`]. In a run on several threads some records
-    /// share them: the last one has them.
+    /// [`robhaz_estimator::Estimator::completed_ground`]. Without a control some records share
+    /// them: the last one has them.
     pub fn completed(&self, estimator: usize) -> &'a [GroundPoint] {
         self.completed.get(estimator).map_or(&[], Vec::as_slice)
     }

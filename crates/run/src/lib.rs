@@ -53,8 +53,8 @@ use std::sync::Arc;
 use std::time::Instant;
 use tracing::debug;
 
-/// Asks whether the run has to stop: a short cause such as `Ctrl-C`, or `None` to go on. Asked at
-/// every sample.
+/// Asks whether the run has to stop: a short cause such as `Ctrl-C`, or `None` to go on. Asked before
+/// records are handed on.
 pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 
 /// Runs a scene from its start to its end and hands every record to every sink.
@@ -123,7 +123,7 @@ impl Run {
 
     /// Source, estimators and sinks work on several threads, where no control needs the estimates:
     /// the run of one scene is faster, that of many scenes at once is not. The records are those of
-    /// one loop, to the bit, but completed points of the ground may come with a later record: see
+    /// one loop, to the bit, but completed points of the ground may come with another record: see
     /// [`EstimatedTerrain`].
     #[must_use]
     pub fn on_threads(mut self) -> Self {

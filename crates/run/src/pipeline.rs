@@ -106,7 +106,7 @@ impl Work {
         result
     }
 
-    /// The same without the control, some records at once.
+    /// The same on several threads, without the control.
     ///
     /// # Errors
     /// As [`Self::in_one_loop`]; [`RunError::Threads`].

@@ -226,8 +226,8 @@ impl Scene {
     /// The nominal robot, which the estimators are given.
     ///
     /// # Errors
-    /// [`ModelErrorTooLarge`](crate::ModelErrorTooLarge) when `[model_error]` draws an invalid robot. Scenes that were read
-    /// from files are checked.
+    /// [`ModelErrorTooLarge`](crate::ModelErrorTooLarge) when `[model_error]` draws an invalid robot. Scenes that were
+    /// read from files are checked.
     pub fn nominal_robot(&self) -> Result<Robot> {
         Ok(self.nominal()?.0)
     }

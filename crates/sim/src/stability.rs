@@ -119,7 +119,8 @@ fn alternating_mobility(robot: &Robot) -> Option<f64> {
         links[(2 + carrier.index(), i)] = 1.0;
     }
     let kinematics = Kinematics::new(robot, &nominal).ok()?;
-    let (matrix, _) = Carriers::new(robot, -jw * jr / j).in_vacuum(robot, &kinematics);
+    // M - (J_w J_r/J) S S': the inertia of each gear with the opposite sign.
+    let (matrix, _) = Carriers::new(robot, -jw * jr / j).without_ground(robot, &kinematics);
     let response = links.transpose() * matrix.factorised()?.solve_each(&links);
     let mobility = Matrix3::identity() / j + response * ((1.0 + jr / j) * jw / j);
     Some(mobility.symmetric_eigenvalues().max())

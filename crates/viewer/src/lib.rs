@@ -52,6 +52,6 @@ mod writer;
 
 pub use error::{INSTALL, VIEWER_VERSION, ViewerError};
 pub use picture::picture;
-pub use program::open;
+pub use program::{is_installed, open};
 pub use reading::recording_end;
 pub use sink::RecordingSink;

@@ -123,6 +123,14 @@ impl Started {
     }
 }
 
+/// Whether a program with the viewer's name is on the PATH. Its version is not checked: that takes
+/// as long as to start it.
+pub fn is_installed() -> bool {
+    let name = format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(&name).is_file())
+}
+
 /// A command for the viewer on the PATH, whose version is checked. It prints warnings and errors
 /// alone.
 fn installed() -> Result<Command> {

@@ -173,7 +173,8 @@ impl TorqueObserver {
     /// A settled filter of a torque of white second derivative has two poles at the frequency
     /// `w = (q/r)^(1/4)`, damped by 1/sqrt(2); q and r are the densities of that and of the reading's noise.
     /// The variance of the torque is `sqrt(2) r w`, that of its rate `sqrt(2) q/w`, and at low frequencies
-    /// the density of the torque's error is 2 r: `2 time variance`.
+    /// the density of the torque's error is 2 r. A Gauss-Markov error of this variance has `2 time variance`
+    /// there, so `time = 1/(sqrt(2) w)`; `w^2` is the variance of the rate over that of the torque.
     pub fn error_time(&self) -> f64 {
         let p = &self.filter.p;
         robhaz_model::sqrt(0.5 * p[TORQUE][TORQUE] / p[RATE][RATE])

@@ -15,8 +15,9 @@ use robhaz_model::{Geometry, PointMasses, Vec2};
 pub(crate) struct Traction {
     /// Corrected by the estimated errors, N.
     pub value: f64,
-    /// Standard deviation of the observer's part, N, and the time for which it errs so, s.
+    /// Standard deviation of the observer's error, N.
     pub observed: f64,
+    /// Correlation time of that error, s.
     pub lasts: f64,
     /// Standard deviation of the resistance that is in no state, N.
     pub resisted: f64,

@@ -212,7 +212,7 @@ impl<'a> SideInputs<'a> {
     pub fn noise(&self, rover: &WholeRover, roll_sigma: f64) -> InputCovariance {
         let mut covariance = self.attitude(rover, roll_sigma);
         for (side, state) in self.states.into_iter().enumerate() {
-            for (i, sigma) in state.observed.iter().enumerate() {
+            for (i, sigma) in state.noise.iter().enumerate() {
                 let k = input::TRACTION + 3 * side + i;
                 if let Some(variance) = covariance.get_mut((k, k)) {
                     *variance += sigma * sigma;

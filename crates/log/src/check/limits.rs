@@ -5,7 +5,7 @@
 //! below; at the top of a wave it spends twice as much time in the first band as in the next one
 //! (1 to sqrt(2) - 1). What a drive limits acts on the robot as it is read; what a sensor cuts off does not, and
 //! the equations of the robot miss it. At rest a torque is held, and its extreme is no limit: only while wheels turn it
-//! counts.
+//! counts. A torque that comes to its extreme once may err there for as long: that is no fault.
 
 use crate::check::Finding;
 use robhaz_score::signals::{median, smooth, white_noise};
@@ -22,7 +22,7 @@ const PILED_UP: usize = 3;
 /// Least number of readings at a limit, and their least share.
 const LEAST: usize = 100;
 const LEAST_SHARE: f64 = 0.03;
-/// Times that a torque comes to its limit which show one: errors of a single one last as long as it does.
+/// Least number of visits to one limit that show a fault: an error can last throughout a single one.
 const VISITS: usize = 2;
 /// Residual of the equations over its deviation, the middle one, up to which they fit: of right torques it is half as
 /// large as stated, also at a drive's own limit.
@@ -41,7 +41,7 @@ struct Limit {
     readings: Vec<bool>,
     /// N m.
     value: f64,
-    /// Times that the torque came to it from beyond the next band.
+    /// Most times that the torque came to one of its ends from beyond the next band.
     visits: usize,
 }
 
@@ -68,13 +68,16 @@ fn at_limit(values: &[f64]) -> Option<Limit> {
         if first < PILED_UP * next.max(1) || first < LEAST || share < LEAST_SHARE {
             continue;
         }
-        let mut is_there = false;
+        let (mut is_there, mut of_end) = (false, 0);
         for (reading, x) in readings.iter_mut().zip(&means) {
             let is_at = is_in(*x, 0.0);
             *reading |= is_at;
-            visits += usize::from(is_at && !is_there);
-            is_there = is_at || is_there && top - sign * x < 2.0 * band;
+            of_end += usize::from(is_at && !is_there);
+            // Missing readings end no visit.
+            let has_left = top - sign * x >= 2.0 * band;
+            is_there = is_at || is_there && !has_left;
         }
+        visits = visits.max(of_end);
         if first > most {
             (most, value) = (first, sign * (top - 0.5 * band));
         }
@@ -195,6 +198,43 @@ mod tests {
         assert_eq!(verdict(1.3, 0.0), Some(Verdict::Fault));
         assert_eq!(verdict(1.3, 1.5), Some(Verdict::CannotTell));
         assert_eq!(verdict(1.8, 1.5), Some(Verdict::Fault));
+    }
+
+    /// A wave that is cut off in one of its periods alone is no fault, not even with readings that are missing there; in
+    /// two of them it is.
+    #[test]
+    fn a_single_visit_is_no_cut_off() {
+        let mut random = Stream::new(1, "noise");
+        let noise: Vec<f64> = (0..2000).map(|_| 0.1 * (random.uniform() - 0.5)).collect();
+        let verdict = |periods: usize, missing: bool| {
+            // Of a period of 400 readings; low waves but for the first ones.
+            let height = |k: usize| if k / 400 < periods { 3.0 } else { 1.0 };
+            let wave = |k: usize| height(k) * (std::f64::consts::TAU * k as f64 / 400.0).sin();
+            let torque = |k: usize| {
+                let is_missing = missing && (95..105).contains(&(k % 400));
+                if is_missing {
+                    f64::NAN
+                } else {
+                    wave(k).clamp(-1.2, 1.5) + noise[k]
+                }
+            };
+            let squares: Vec<f64> = (0..2000)
+                .map(|k| {
+                    if !(-1.2..=1.5).contains(&wave(k)) {
+                        4.0
+                    } else {
+                        0.2
+                    }
+                })
+                .collect();
+            let torque = [("torque".to_owned(), (0..2000).map(torque).collect())];
+            let found = finding(torque.into_iter(), &[true; 2000], &squares, [1.0, 0.0]);
+            found.map(|found| found.verdict)
+        };
+        for missing in [false, true] {
+            assert_eq!(verdict(1, missing), Some(Verdict::CannotTell), "{missing}");
+            assert_eq!(verdict(2, missing), Some(Verdict::Fault), "{missing}");
+        }
     }
 
     /// Closed form: a wave that is cut off at half of its height stays there for a third of its time at each

@@ -31,11 +31,17 @@ impl Run {
             let (of, who) = ("records", "verify");
             return Err(RunError::TooLong { found, of, who });
         }
-        let mut plant = Records::of(scene)?;
         let mut run = Self {
             truth: Vec::new(),
             balance: Vec::new(),
             stopped: None,
+        };
+        let mut plant = match Records::of(scene) {
+            Err(RunError::Start(why)) => {
+                run.stopped = Some(why.cause);
+                return Ok(run);
+            }
+            made => made?,
         };
         for _ in 0..found {
             go_on(stop)?;

@@ -213,7 +213,7 @@ impl FrictionLaw {
         }
     }
 
-    /// Moment `f_r r N` against the rolling, N m, for a normal force (N), wheel radius r (m) and
+    /// Moment `f_r r N` of the ground that resists a forward spin, N m, negative for a backward one, for a normal force (N), wheel radius r (m) and
     /// absolute spin (rad/s), at each contact. At standstill its sign is smoothed like that of the
     /// gear friction: [`coulomb_sign`].
     ///

@@ -279,7 +279,7 @@ impl Ground {
         truth.force = forces.force;
         truth.slides = forces.contacts > 0 && !forces.grips;
         match forces.contacts {
-            // A second evaluation would cost time.
+            // Its forces are those of the wheel: a second evaluation would cost time.
             1 => truth.contact_list.set(forces.deepest),
             _ => {
                 truth.contact_list = ContactList::default();

@@ -45,7 +45,7 @@ impl Forces {
         let drive_torque = mechanics.drive_torque(state, torques);
         let (robot, ground) = (&mechanics.robot, &mut mechanics.ground);
         let mass = &robot.mass;
-        let (m, mut right) = mechanics.carriers.in_vacuum(robot, kinematics);
+        let (m, mut right) = mechanics.carriers.without_ground(robot, kinematics);
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
         let share = jw / (jw + jr);
         for (i, drive) in drive_torque.into_iter().enumerate() {

@@ -76,7 +76,11 @@ impl Carriers {
 
     /// The mass matrix of all bars, and the right-hand side of their weights and bias forces.
     #[inline(always)]
-    pub fn in_vacuum(&self, robot: &Robot, kinematics: &Kinematics) -> (MassMatrix, Vector4<f64>) {
+    pub fn without_ground(
+        &self,
+        robot: &Robot,
+        kinematics: &Kinematics,
+    ) -> (MassMatrix, Vector4<f64>) {
         let gravity = robot.gravity;
         let (mut m, mut right) = (MassMatrix::default(), Vector4::zeros());
         for (k, carrier) in self.0.iter().enumerate() {

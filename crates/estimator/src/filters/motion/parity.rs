@@ -26,7 +26,7 @@ pub(crate) struct ParityResidual {
     pub gradient: [f64; state::INPUTS],
     /// Variance at this sample from everything but the inputs, N^2.
     pub variance: f64,
-    /// Part of the residual by the torques' observers, N.
+    /// Errors of the torques' observers in the residual, N, a part of `variance`.
     pub observed: [GaussMarkov; 3],
     /// Part of the variance by the push of the other side, N^2, which lasts for [`PushFilter::LASTS`].
     pub of_push: f64,

@@ -2,6 +2,7 @@
 //! speed of its rim less the slip (`slip.rs`).
 
 use super::filter::MotionFilter;
+use super::tuning;
 use crate::common::{FILTER_TIME, ROLLING_SPEED};
 use crate::contact::{ContactVelocity, RollingResiduals, SlipResidual};
 use crate::deviation::{GATE, root_sum_square};
@@ -42,7 +43,7 @@ pub(crate) struct RollingWheel {
     pub turns: bool,
     /// T/N, limited to -1 to 1.
     pub ratio: f64,
-    /// Time for which the product of the errors of creep and T/N counts, s.
+    /// Correlation time of the product of the errors of creep and T/N, s.
     pub product_time: f64,
     /// Standard deviation of N over N, -.
     pub load_sigma: f64,
@@ -141,6 +142,12 @@ impl MotionFilter {
             });
         }
         found
+    }
+
+    /// Correlation time of the product of the errors of creep and T/N in the plane, s.
+    pub fn product_time(&self) -> f64 {
+        let slower = tuning::REFERENCE_SPEED / self.speed();
+        (tuning::PRODUCT_TIME * slower * slower).min(tuning::SLIP.time)
     }
 
     /// Speed from which on a wheel rolls, m/s: its velocity has a direction, and its slip depends on T/N.

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | innovation | `r (omega_i - omega_k) - t(gamma_i) . v_i - c_i T_i/N_i`, m/s |
 //! | states | velocity of Q, creep, rolling radius, torque offset, resistance |
-//! | noise | white: gyroscope; correlated: slip beyond linear creep, errors of creep times T/N and of both, what the torque's observer leaves, gyroscope's bias |
+//! | noise | white: gyroscope; correlated: slip beyond linear creep, errors of creep times T/N, of N, and the product of the errors of creep and T/N, what the torque's observer leaves, gyroscope's bias |
 //! | gate | [`GATE`]; beyond it a wheel that pulls slides, and the velocity is wrong at one that does not |
 //! | channels | encoder, motor torque, gyroscope |
 
@@ -47,7 +47,7 @@ impl MotionFilter {
         let pulls = wheel.ratio.abs() > tuning::PULLING * ratio_sigma;
         let shows_creep = pulls && wheel.ratio.abs() < tuning::LINEAR_RATIO;
         let creep_sigma = creep * robhaz_model::sqrt(self.filter.p[CREEP.of(i)][CREEP.of(i)]);
-        // It goes with the error of T/N, which the slip itself teaches.
+        // Shorter than the error of the creep: slip measurements reduce that of T/N.
         let of_product = GaussMarkov::new(creep_sigma * ratio_sigma, wheel.product_time);
         let mut of_creep = slip * wheel.load_sigma;
         if !shows_creep {

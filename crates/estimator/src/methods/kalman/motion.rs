@@ -2,7 +2,7 @@
 //! inclinometers, or its standstill.
 
 use super::KalmanFilters;
-use crate::common::{FILTER_TIME, ROLLING_SPEED};
+use crate::common::ROLLING_SPEED;
 use crate::contact::{RollingResiduals, SLIPPING_RATIO, StandingDetector};
 use crate::deviation::{WITHIN, root_sum_square};
 use crate::filters::motion::{CREEP, LINEAR_RATIO, RollingWheel, SLIP, SensedAcceleration};
@@ -154,9 +154,10 @@ impl KalmanFilters {
         } else {
             0.0
         };
-        // In the plane nothing else makes a wheel slip, and the slip soon teaches T/N.
+        // In the plane slip measurements soon reduce the error of T/N, and the product with it. Beside another side
+        // turns and pushes make wheels slip, too.
         let product_time = match nominal.other_side {
-            None => FILTER_TIME,
+            None => self.motion.product_time(),
             Some(_) => SLIP.time,
         };
         let across = perp(arms.axles[i]);

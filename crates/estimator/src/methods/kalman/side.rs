@@ -38,8 +38,8 @@ pub(crate) struct SideState {
     pub stop_torque: f64,
     /// Covariance of the errors of acceleration x, y, contact angles, rolling resistance and tractions.
     pub covariance: [[f64; CAUSES]; CAUSES],
-    /// Standard deviations of the observers' part of the tractions, N.
-    pub observed: [f64; 3],
+    /// Standard deviations of the tractions by what is no input, N.
+    pub noise: [f64; 3],
     /// Derivatives of acceleration x, y, contact angles, rolling resistance and tractions by the
     /// filters' uncertain inputs.
     by_inputs: [[f64; state::INPUTS]; CAUSES],
@@ -125,8 +125,7 @@ impl KalmanFilters {
             stop_torque: nominal.stop_torque(links.map(|[angle, ..]| angle)) * units.torque(),
             friction_share: self.wheels.each_ref().map(|wheel| wheel.friction_share),
             covariance,
-            observed: (step.right.tractions.each_ref())
-                .map(|t| robhaz_model::sqrt(t.noise()) * force),
+            noise: (step.right.tractions.each_ref()).map(|t| robhaz_model::sqrt(t.noise()) * force),
             by_inputs,
         }
     }

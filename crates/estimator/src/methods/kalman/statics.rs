@@ -206,7 +206,7 @@ impl KalmanFilters {
             observed: [0, 1, 2].map(|i: usize| {
                 let traction = &right.tractions[i];
                 let along = w.dot(&equations.equilibrium.h_t[i]);
-                GaussMarkov::new(along * traction.observed, traction.lasts)
+                GaussMarkov::new(along.abs() * traction.observed, traction.lasts)
             }),
             of_push,
         };
