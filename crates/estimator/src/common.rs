@@ -21,8 +21,9 @@ pub(crate) const TYPICAL: NoiseBudget = NoiseBudget::typical();
 pub(crate) const SMOOTHING: f64 = 0.02;
 
 /// Correlation time of errors that observers and low passes leave, s: in the slip by the torques'
-/// observers, in the parity residual but for these, in what an inclinometer shows of a link that turns, and in the acceleration
-/// after an impact. What the readings show for as long is no noise of theirs.
+/// observers, in the parity residual but for these, in what an inclinometer shows of a link that
+/// turns, and in the acceleration after an impact. What the readings show for as long is no noise of
+/// theirs.
 /// Chosen; sensitive.
 pub(crate) const FILTER_TIME: f64 = 0.03;
 
