@@ -7,7 +7,7 @@
     python3 docs/measurements/measure.py --list
 
 A page is written when all its commands have run; where a test fails by its limit, page and exit code say so. It needs
-Python alone, but for `ablation`, `speed`, `noise-budget` and `lumping` (pandas, pyarrow), `mujoco` (mujoco) and `climbs`
+Python alone, but for `ablation`, `speed`, `noise-budget` and `lumping` (pandas, pyarrow), `mujoco` and `whole-rover` (mujoco) and `climbs`
 (matplotlib).
 """
 
@@ -216,16 +216,17 @@ class Command:
 
 
 class Mujoco(Command):
-    def __init__(self):
-        super().__init__(None, "python examples/mujoco/table.py --command target/release/robhaz --out FOLDER --seeds {}")
+    def __init__(self, script):
+        self.script = f"examples/mujoco/{script}"
+        super().__init__(None, f"python {self.script} --command target/release/robhaz --out FOLDER --seeds {{}}")
 
     def command(self, seeds):
         return self.shown.format(seeds)
 
     def text(self, seeds):
         with tempfile.TemporaryDirectory() as folder:
-            words = [sys.executable, "examples/mujoco/table.py", "--command", ROBHAZ, "--out", folder, "--seeds", seeds]
-            return page_of(run(words).splitlines())
+            words = [sys.executable, self.script, "--command", ROBHAZ, "--out", folder, "--seeds", seeds]
+            return page_of([line for line in run(words).splitlines() if line])
 
 
 class Climbs(Command):
@@ -287,7 +288,8 @@ PAGES = {
                          "ideal sensors, nominal robot": ("smooth", NOMINAL),
                          "ideal sensors, weighed to 0.2 N": ("smooth", [*NOMINAL, "model_error.scales=0.2"])},
                         "kalman", "kalman-no-angles")]),
-    "mujoco": ("`kalman` without contact angles in MuJoCo", "1 to {seeds}", 10, [Mujoco()]),
+    "mujoco": ("`kalman` without contact angles in MuJoCo", "1 to {seeds}", 10, [Mujoco("table.py")]),
+    "whole-rover": ("Both sides of rovers in MuJoCo", "{seeds} from 61 on; of rovers as described at most 3", 6, [Mujoco("rover_table.py")]),
     "rovers": ("Rovers: `kalman` without contact angles, friction tests, go or no-go",
                "0 to 3; {seeds} random paths of series 301", 301,
                [Tests(TRUTH, "rovers::study", ignored=True),

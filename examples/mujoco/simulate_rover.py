@@ -3,8 +3,8 @@
     python simulate_rover.py --case slope5 rough1 --out runs/rover
     python simulate_rover.py --case slope5 rough1 --instants 10 --out truth.csv
 
-`--out` is a folder, which gets `CASE.csv` and `CASE-log-SEED.csv`; with `--instants` a table with so many instants of
-each case. A row of the truth has the motion of body and joints, and for each wheel the force of the ground with its
+`--out` is a folder, which gets `CASE.csv` and `CASE-log-SEED.csv` (with `--draw` a truth for each seed, too,
+`CASE-SEED.csv`); with `--instants` a table with so many instants of each case. A row of the truth has the motion of body and joints, and for each wheel the force of the ground with its
 parts, the contact point and the contact's angles: SI, in the body frame (`whole_rover.py`). Readings have the errors of
 typical sensors (`sensors.py`): joints 0.1 deg, steering 0.5 deg, accelerometer 0.02 m/s^2.
 """
@@ -91,11 +91,29 @@ class Table:
         self.writer.writerow({k: v if isinstance(v, str) else f"{v:.10g}" for k, v in row.items()})
 
 
+def drive(name: str, options: argparse.Namespace, seeds: list[int], draw: int | None = None) -> None:
+    """One drive of a case: its truth, and a log for each seed of the sensors."""
+    case, world = CASES[name], World(CASES[name], draw=draw)
+    table = Table(options.out / (f"{name}.csv" if draw is None else f"{name}-{draw}.csv"))
+    unit, coupling = world.robot.units.torque, case.across.coupling
+    logs = [
+        (Table(options.out / f"{name}-log-{seed}.csv"), Readings(seed, unit, coupling, case.steered)) for seed in seeds
+    ]
+    if draw is not None:
+        # The control steers by what it reads.
+        world.heading = world.heading - logs[0][1].steering
+    for truth in rows(world, 1 / options.rate, 0.0):
+        table.write(truth)
+        for log, readings in logs:
+            log.write(readings.read(truth))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--case", nargs="+", choices=CASES, default=list(CASES), help="default: all")
     parser.add_argument("--rate", type=int, default=200, help="rows a second")
     parser.add_argument("--seed", type=int, nargs="+", default=[1], help="of the sensors: a log for each")
+    parser.add_argument("--draw", action="store_true", help="each seed also draws a rover: `drawn`")
     parser.add_argument("--instants", type=int, help="so many instants a case, and no logs")
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
@@ -107,17 +125,11 @@ def main() -> None:
                 table.write({"case": name} | truth)
         return
     for name in options.case:
-        case, world = CASES[name], World(CASES[name])
-        table = Table(options.out / f"{name}.csv")
-        unit, coupling = world.robot.units.torque, case.across.coupling
-        logs = [
-            (Table(options.out / f"{name}-log-{seed}.csv"), Readings(seed, unit, coupling, case.steered))
-            for seed in options.seed
-        ]
-        for truth in rows(world, 1 / options.rate, 0.0):
-            table.write(truth)
-            for log, readings in logs:
-                log.write(readings.read(truth))
+        if options.draw:
+            for seed in options.seed:
+                drive(name, options, [seed], draw=seed)
+        else:
+            drive(name, options, options.seed)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ plane of the ground where the wheel touches it: one exact contact a wheel, witho
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
@@ -50,6 +50,58 @@ TRIPLE_BOGIE = replace(
     half_tracks=(0.3, 0.3, 0.3),
     link_places=(0.3, 0.3),
 )
+
+
+@dataclass(frozen=True)
+class Build:
+    """What a rover has beside its description."""
+
+    sides: tuple[Robot, Robot]  # left, right
+    across: Across
+    radii: np.ndarray = field(default_factory=lambda: np.ones(6))  # over the nominal ones
+    toe: np.ndarray = field(default_factory=lambda: np.zeros(6))  # of the axles about the vertical, rad
+    camber: np.ndarray = field(default_factory=lambda: np.zeros(6))  # about the way, rad
+    gear_friction: float = 0.0  # N m, of each wheel
+    rolling_resistance: float = 0.0  # -
+
+
+def drawn(robot: Robot, across: Across, seed: int) -> Build:
+    """A rover as people build one: parts weighed to 3 %, the whole of it to 1 %; of robot A, in proportion to the
+    wheels, centres of mass to 5 mm, pins to 1 mm; rolling radii to 0.5 %; axles to 0.3 deg; gears and ground that the
+    budget of typical sensors allows (`NoiseBudget::typical_for`)."""
+    random = np.random.default_rng(seed)
+    normal, unit = random.standard_normal, robot.units
+
+    def point(at: np.ndarray, deviation: float) -> np.ndarray:
+        return at + deviation * unit.length * math.sqrt(0.5) * normal(2)
+
+    def side() -> Robot:
+        masses = {name: mass * (1 + 0.03 * normal()) for name, mass in robot.mass.items()}
+        cg = {name: point(at, 0.005) for name, at in robot.cg.items()}
+        pins = {name: point(at, 0.001) for name, at in robot.pins.items()}
+        return replace(robot, mass=masses, cg=cg, pins=pins, wheel_mass=robot.wheel_mass * (1 + 0.03 * normal()))
+
+    sides = (side(), side())
+    total = 2 * robot.total_mass * (1 + 0.01 * normal()) / sum(one.total_mass for one in sides)
+    sides = tuple(
+        replace(one, mass={n: m * total for n, m in one.mass.items()}, wheel_mass=one.wheel_mass * total)
+        for one in sides
+    )
+    across = replace(
+        across,
+        pivot=tuple(point(np.array(across.pivot), 0.001)),
+        body_place=point(np.array([across.body_place]), 0.005)[0],
+    )
+    axles = 0.3 * math.pi / 180
+    return Build(
+        sides,
+        across,
+        radii=1 + 0.005 * normal(6),
+        toe=axles * normal(6),
+        camber=axles * normal(6),
+        gear_friction=abs(0.3 * unit.torque * normal()),
+        rolling_resistance=abs(0.01 * normal()),
+    )
 
 
 def flat(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -138,9 +190,9 @@ def _inertial(at: np.ndarray, mass: float, inertia: tuple) -> str:
     return f'<inertial pos="{pos}" mass="{mass:.12g}" diaginertia="{diagonal}"/>'
 
 
-def mjcf(robot: Robot, case: Case, step: float, friction: float, damping: float) -> str:
+def mjcf(build: Build, case: Case, step: float, friction: float, damping: float) -> str:
     """The model: body, rockers or rear bogie, bogies, wheels, and a plane for each wheel."""
-    across = case.across
+    across, robot = build.across, build.sides[0]
     differential = across.coupling == "differential"
     rocker = robot.body_on
     bogie = "link1" if rocker == "link2" else "link2"
@@ -152,36 +204,41 @@ def mjcf(robot: Robot, case: Case, step: float, friction: float, damping: float)
     def place(at: np.ndarray, y: float) -> np.ndarray:
         return np.array([at[0] - across.pivot[0], y, at[1] - across.pivot[1]])
 
-    def body(name: str, at: np.ndarray, inside: str) -> str:
-        return f'<body name="{name}" pos="{" ".join(f"{v:.12g}" for v in at)}">{inside}</body>'
+    def body(name: str, at: np.ndarray, inside: str, turn: tuple = (0, 0, 0)) -> str:
+        pos, euler = (" ".join(f"{v:.12g}" for v in values) for values in (at, turn))
+        return f'<body name="{name}" pos="{pos}" euler="{euler}">{inside}</body>'
 
     def wheel(i: int, origin: np.ndarray) -> str:
         side, k = divmod(i, 3)
+        robot = build.sides[side]
+        radius, turn = build.radii[i] * robot.radius, (build.camber[i], 0, build.toe[i])
         at = place(robot.axles[k], (1 - 2 * side) * across.half_tracks[k]) - origin
         inertia = (across.wheel_inertia, robot.wheel_inertia, across.wheel_inertia)
-        size = f"{robot.radius} {across.half_width} {robot.radius}"
+        size = f"{radius} {across.half_width} {radius}"
         inside = (
-            f'<joint name="{NAMES[i]}" axis="0 1 0" armature="{robot.rotor_inertia}" damping="{damping}"/>'
+            f'<joint name="{NAMES[i]}" axis="0 1 0" armature="{robot.rotor_inertia}" damping="{damping}"'
+            f' frictionloss="{build.gear_friction}"/>'
             f"{_inertial(np.zeros(3), robot.wheel_mass, inertia)}"
             f'<geom name="{NAMES[i]}" type="ellipsoid" size="{size}" contype="0" conaffinity="{1 << i}"'
             f' friction="{friction} 0 0" condim="3" priority="1" {soft} mass="0"/>'
         )
         if not case.steered or k == 1:
-            return body(NAMES[i], at, inside)
+            return body(NAMES[i], at, inside, turn)
         steering = f'<joint name="{NAMES[i]}_steering" axis="0 0 1" armature="0.02" damping="2"/>'
         massless = _inertial(np.zeros(3), 1e-6, (1e-6,) * 3)
-        return body(f"{NAMES[i]}_steering", at, steering + massless + body(NAMES[i], np.zeros(3), inside))
+        return body(f"{NAMES[i]}_steering", at, steering + massless + body(NAMES[i], np.zeros(3), inside, turn))
 
     def link(name: str, side: int, origin: np.ndarray) -> str:
         """Inertia and wheels of a link of one side, about `origin`."""
         roll, yaw = link_inertia[name]
+        robot = build.sides[side]
         at = place(robot.cg[name], (1 - 2 * side) * link_place[name]) - origin
         wheels = [3 * side + k for k in range(3) if robot.carriers[k] == name]
         inertial = _inertial(at, robot.mass[name], (roll, robot.inertia[name], yaw))
         return inertial + "".join(wheel(i, origin) for i in wheels)
 
     def bogie_of(side: int, parent: np.ndarray) -> str:
-        q = place(robot.pins["q"], (1 - 2 * side) * link_place[bogie])
+        q = place(build.sides[side].pins["q"], (1 - 2 * side) * link_place[bogie])
         hinge = f'<joint name="{SIDES[side]}_pin" axis="0 -1 0" limited="true" range="-0.5 0.5"/>'
         return body(f"{SIDES[side]}_bogie", q - parent, hinge + link(bogie, side, q))
 
@@ -209,7 +266,9 @@ def mjcf(robot: Robot, case: Case, step: float, friction: float, damping: float)
     slope = math.radians(case.cross_slope)
     roll, yaw = across.body_inertia
     inertia = (roll, 2 * robot.inertia["body"], yaw)
-    inertial = _inertial(place(robot.cg["body"], across.body_place), 2 * robot.mass["body"], inertia)
+    masses = [one.mass["body"] for one in build.sides]
+    centre = sum(m * one.cg["body"] for m, one in zip(masses, build.sides, strict=True)) / sum(masses)
+    inertial = _inertial(place(centre, across.body_place), sum(masses), inertia)
     rover = f'<freejoint name="root"/>{inertial}{tree}'
     return f"""<mujoco model="rover">
   <compiler angle="radian" autolimits="false"/>
@@ -228,9 +287,12 @@ class World:
     START, RAMP = 0.8, 0.6  # s: when the wheels begin to turn, and how long until their speed is whole
     TORQUE_LIMIT, DAMPING, FRICTION = 3.7, 0.044, 0.7  # N m, N m s
 
-    def __init__(self, case: Case, step: float = 5e-4, robot: Robot | None = None) -> None:
+    def __init__(self, case: Case, step: float = 5e-4, robot: Robot | None = None, draw: int | None = None) -> None:
+        """`draw`: the seed of a rover with errors, `drawn`; None is the nominal one."""
         self.case, self.robot = case, robot or load("open-source-rover")
-        self.model = mujoco.MjModel.from_xml_string(mjcf(self.robot, case, step, self.FRICTION, self.DAMPING))
+        nominal = Build((self.robot, self.robot), case.across)
+        self.build = nominal if draw is None else drawn(self.robot, case.across, draw)
+        self.model = mujoco.MjModel.from_xml_string(mjcf(self.build, case, step, self.FRICTION, self.DAMPING))
         self.data = mujoco.MjData(self.model)
         self.joint = {self.model.joint(j).name: self.model.joint(j) for j in range(self.model.njnt)}
         self.wheels = [self.model.body(n).id for n in NAMES]
@@ -267,6 +329,16 @@ class World:
         if self.case.steered:
             d.ctrl[6:] = self.heading[[0, 2, 3, 5]]
         mujoco.mj_step2(self.model, d)
+        if self.build.rolling_resistance > 0:
+            self._resist()
+
+    def _resist(self) -> None:
+        """Rolling resistance of the next step, by the normal forces of this one."""
+        force, _ = self.contacts()
+        moment = self.build.rolling_resistance * self.robot.radius * np.sum(force * self.normal, 1)
+        # Rolling forward is about +a.
+        turning = np.tanh(self.qvel[self.spins] / 0.05)
+        self.data.xfrc_applied[self.wheels, 3:] = -(moment * turning)[:, None] * self._axles()
 
     def _share(self, time: float) -> float:
         """Of its speed that the rover shall have."""
@@ -281,7 +353,7 @@ class World:
 
     def _lay_ground(self) -> None:
         """Each wheel's plane, by fixed-point iteration on the ellipsoid's lowest point along the ground's normal."""
-        d, r, w = self.data, self.robot.radius, self.case.across.half_width
+        d, r, w = self.data, (self.robot.radius * self.build.radii)[:, None], self.case.across.half_width
         centre, a, n = d.xpos[self.wheels], self._axles(), self.normal
         for _ in range(3):
             along = np.sum(n * a, 1, keepdims=True) * a
@@ -298,7 +370,8 @@ class World:
     def contacts(self) -> tuple[np.ndarray, np.ndarray]:
         """Force of the ground on each wheel, N, and the point where it acts, m, in the world."""
         d, found = self.data, np.zeros(6)
-        force, at = np.zeros((6, 3)), d.xpos[self.wheels] - self.robot.radius * self.normal
+        radii = self.robot.radius * self.build.radii
+        force, at = np.zeros((6, 3)), d.xpos[self.wheels] - radii[:, None] * self.normal
         for k, contact in enumerate(d.contact):
             first, second = contact.geom
             mujoco.mj_contactForce(self.model, d, k, found)

@@ -19,7 +19,7 @@
 //! under the wheels measure these, and not the single masses.
 
 use super::arms::Arms;
-use nalgebra::{Matrix4, SMatrix, Vector4};
+use nalgebra::{Matrix4, SMatrix, SVector, Vector4};
 use robhaz_model::{Bar, GRAVITY, Robot, Vec2};
 
 /// Number of load parameters.
@@ -174,10 +174,26 @@ impl LoadCovariance {
     /// Covariance of the loads in the rows of eq. (8), N^2, for links at `arms` and moment rows
     /// divided by `lever`, m.
     pub fn of_loads(&self, arms: &Arms, lever: f64) -> Matrix4<f64> {
-        let j = SMatrix::<f64, 4, LOAD_PARAMETERS>::from_columns(&by_load_parameters(arms, lever));
+        self.of_columns(&by_load_parameters(arms, lever))
+    }
+
+    /// Covariance of values with these derivatives by the load parameters.
+    pub(crate) fn of_columns<const N: usize>(
+        &self,
+        columns: &[SVector<f64, N>; LOAD_PARAMETERS],
+    ) -> SMatrix<f64, N, N> {
+        let j = SMatrix::<f64, N, LOAD_PARAMETERS>::from_columns(columns);
         let covariance = j * self.0 * j.transpose();
         // Symmetric to the last bit.
         (covariance + covariance.transpose()) * 0.5
+    }
+
+    /// Variance of the moment of a side's weight along the way about Q, over gravity, kg^2 m^2: of a
+    /// linkage in its nominal pose.
+    pub(crate) fn of_moment_along(&self) -> f64 {
+        let along = [1, 3, 5];
+        let row = |i: usize| along.iter().map(|&j| self.0[(i, j)]).sum::<f64>();
+        along.iter().map(|&i| row(i)).sum::<f64>().max(0.0)
     }
 }
 

@@ -9,9 +9,13 @@ use super::{
 use crate::filters::motion::SLOPE;
 use crate::methods::SideState;
 use crate::settings::NoiseBudget;
-use crate::statics::{CAUSES, DIRECT};
+use crate::statics::{CAUSES, DIRECT, LoadCovariance};
 use nalgebra::SVector;
 use robhaz_model::{Coupling, Vec2, WholeRover, perp};
+
+/// Axial force of a wheel whose steering angle errs by half a degree, over the mean load, at a tyre's
+/// cornering stiffness of 8.6 N/N per rad. Textbook.
+const STEERED: f64 = 0.075;
 
 /// What both sides' states say of the rover, SI.
 #[derive(Clone, Copy, Debug)]
@@ -277,8 +281,47 @@ pub(super) fn level_loads(rover: &WholeRover) -> Result<[f64; 6], WholeError> {
     Ok(equations.solve(&[0.0; 6], &exact)?.normal)
 }
 
-/// Adds to the covariance of N what no reading shows and lasts: places and masses of the parts, and
-/// rolling resistance as far as the torques do not show it; and what the bogies' angles err by.
+/// Adds to the covariance of N what the load parameters of both sides err by. They are those of one
+/// side: of two their errors are independent, but that the mass of the whole is as uncertain as that of a side. Across,
+/// the centre of mass is known as well as along.
+fn consider_loads(
+    rover: &WholeRover,
+    posture: &WholePosture,
+    loads: &LoadCovariance,
+    specific_force: Vec3,
+    equations: &WholeEquilibrium,
+    forces: &mut WholeForces,
+) {
+    let across = Vec3::y() * robhaz_model::sqrt(2.0 * loads.of_moment_along());
+    let across = across.cross(&specific_force);
+    forces.consider(&equations.of_load(Link::Body, Vec3::zeros(), Vec3::zeros(), across));
+    let total = 0.5 * loads.rows()[0][0].max(0.0);
+    forces.consider(&(equations.f * (robhaz_model::sqrt(total) / rover.side.mass.total())));
+    for side in [0, 1] {
+        let zero = Vec3::zeros();
+        let moment =
+            |link, turned: Vec3| equations.of_load(link, zero, zero, turned.cross(&specific_force));
+        let [x, z] = [Vec3::x(), Vec3::z()];
+        let of_bogie =
+            [x, z].map(|axis| moment(Link::Bogie(side), posture.bogie[side].turn * axis));
+        // A side alone shows the sum of body and rocker.
+        let of_rocker = [x, z].map(|axis| {
+            let rocker = moment(Link::Rocker(side), posture.rocker[side].turn * axis);
+            (rocker + moment(Link::Body, axis)) * 0.5
+        });
+        let of_mass = equations.of_load(Link::Body, posture.q[side], specific_force, zero);
+        let ([x1, z1], [x2, z2]) = if matches!(bogie_index(rover), Ok(0)) {
+            (of_bogie, of_rocker)
+        } else {
+            (of_rocker, of_bogie)
+        };
+        let [xb, zb] = of_rocker;
+        forces.consider_parameters(&[of_mass, x1, z1, x2, z2, xb, zb], loads);
+    }
+}
+
+/// Adds to the covariance of N what no reading shows and lasts: places and masses of the parts, errors of the
+/// steering, and rolling resistance as far as the torques do not show it; and what the bogies' angles err by.
 pub(super) fn consider(
     rover: &WholeRover,
     posture: &WholePosture,
@@ -315,6 +358,12 @@ pub(super) fn consider(
             forces.consider(&equations.of_load(link, at, force, Vec3::zeros()));
         }
     }
+    for (column, angle) in equations.h_a.iter().zip(inputs.joints.steering) {
+        // An angle that is read is never exactly that of a wheel without steering.
+        if angle != 0.0 {
+            forces.consider(&(column * (STEERED * equations.mean_load)));
+        }
+    }
     let traction = inputs.traction();
     for (side, sigma) in inputs.bogie_sigma.into_iter().enumerate() {
         // Of one that is not read: it turns with the ground under its wheels.
@@ -329,9 +378,8 @@ pub(super) fn consider(
         }
         forces.consider(&rows);
     }
-    if let Some(weighed) = &budget.load_covariance {
-        let total = weighed.rows()[0][0].max(0.0);
-        forces.consider(&(equations.f * (robhaz_model::sqrt(total) / mass.total())));
+    if let Some(loads) = &budget.load_covariance {
+        consider_loads(rover, posture, loads, specific_force, equations, forces);
     }
     for kind in 0..2 {
         let mut rows = Rows::zeros();

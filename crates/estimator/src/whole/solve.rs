@@ -6,6 +6,7 @@
 
 use super::{Contact, ROWS, Rows, WholeEquilibrium, WholeError};
 use crate::filters::motion::CREEP_SIGMA;
+use crate::statics::{LOAD_PARAMETERS, LoadCovariance};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 
 /// What errs in the equations, in the order of their covariance.
@@ -88,6 +89,15 @@ impl WholeForces {
     pub fn consider(&mut self, constant: &Rows) {
         let moved: Vector6<f64> = along(&self.gain, constant);
         self.covariance += moved * moved.transpose();
+    }
+
+    /// The same for the errors of the load parameters, by the rows' derivatives by them.
+    pub(crate) fn consider_parameters(
+        &mut self,
+        columns: &[Rows; LOAD_PARAMETERS],
+        loads: &LoadCovariance,
+    ) {
+        self.covariance += loads.of_columns(&columns.map(|column| along(&self.gain, &column)));
     }
 
     /// Standard deviation of N of wheel `i`, N; not a number beyond the sixth.
