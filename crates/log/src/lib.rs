@@ -21,6 +21,7 @@
 //! kept: ten minutes of all readings at 1 kHz take 80 MB.
 
 mod bag;
+mod bursts;
 mod cdr;
 mod channel;
 pub mod check;

@@ -5,8 +5,8 @@ use crate::check::{Consistency, Level, StatedBoth, certain, contradiction, signs
 use crate::place::no_table;
 use crate::survey::survey;
 use crate::{
-    Channel, Channels, Frames, Jitter, LogError, LogOptions, LogPlace, content, held, integral,
-    mapped, measured, merged, own_names, wrap,
+    Channel, Channels, Frames, Jitter, LogError, LogOptions, LogPlace, bursts, content, held,
+    integral, mapped, measured, merged, own_names, wrap,
 };
 use fnv::FnvHasher;
 use robhaz_estimator::EstimatorSettings;
@@ -170,7 +170,7 @@ fn channels(place: &LogPlace) -> Result<Vec<Channel>, LogError> {
     }
 }
 
-/// Makes the rows readings: angles that start anew go on, speeds are integrated, repeated values left out. Returns
+/// Makes the rows readings: bursts are spread, angles that start anew go on, speeds are integrated, repeated values left out. Returns
 /// what the user should know.
 fn mend(
     all: &mut Vec<Channel>,
@@ -183,7 +183,8 @@ fn mend(
     if let Some(channel) = other.filter(|_| !options.allows_empty) {
         return Err(channel.problem(of_other_unit(&channel.report)));
     }
-    let mut warnings = held::leave_out(all);
+    let mut warnings: Vec<String> = all.iter_mut().filter_map(bursts::spread).collect();
+    warnings.extend(held::leave_out(all));
     warnings.extend(merged::split(all));
     let counts = &mut choice.budget.encoder_counts;
     warnings.extend(integral::of_speeds(all, counts));

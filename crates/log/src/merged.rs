@@ -107,10 +107,6 @@ fn of_part(table: &Channel, part: &[usize], rows: &[&[f64]]) -> Channel {
         name: format!("{}, {}", table.name, start.name()),
         period: period(&times).map_or(table.report.period, |(period, _)| period),
         rows: own.len() as u64,
-        gaps: 0,
-        lost: 0,
-        longest_gap: None,
-        longest_gap_at: None,
         ..table.report.clone()
     };
     count_gaps(&times, &mut report);

@@ -182,27 +182,26 @@ impl Course {
     /// duration of the log.
     fn finish(self, channels: &mut Channels, i: usize, origin: Stamp, duration: f64) {
         let time = |stamp: &Stamp| channels.time(i, *stamp, origin);
-        let mut times: Vec<f64> = self.stamps.iter().map(time).collect();
-        let mut cells = self.cells;
-        let of_bursts = leave_out_bursts(&mut times, &mut cells);
+        let times: Vec<f64> = self.stamps.iter().map(time).collect();
         let period = period(&times).map_or(duration, |(period, _)| period);
         let mut report = ChannelReport {
             name: channels.all[i].name.clone(),
             period,
             offset: channels.all[i].offset,
             largest_set_back_at: self.set_back_at.as_ref().map(time),
-            duplicates: self.report.duplicates + of_bursts,
             ..self.report
         };
         count_gaps(&times, &mut report);
         let channel = &mut channels.all[i];
-        (channel.times, channel.cells, channel.report) = (times, cells, report);
+        (channel.times, channel.cells, channel.report) = (times, self.cells, report);
     }
 }
 
-/// Counts the gaps between rows, and those that are lost in them.
+/// Counts the gaps between rows, and those that are lost in them, anew.
 pub fn count_gaps(times: &[f64], report: &mut ChannelReport) {
     let period = report.period;
+    (report.gaps, report.lost) = (0, 0);
+    (report.longest_gap, report.longest_gap_at) = (None, None);
     let steps = times.windows(2).map(|w| (w[1] - w[0], w[0]));
     for (k, (step, start)) in steps.enumerate() {
         if step <= GAP * period {
@@ -235,30 +234,6 @@ pub fn period(times: &[f64]) -> Option<(f64, bool)> {
     let usual = step_over(1)?;
     let even = step_over(MANY).filter(|even| *even > OF_BURSTS * usual);
     Some((even.unwrap_or(usual), even.is_some()))
-}
-
-/// Leaves out rows that come in a burst, as over USB, right behind one before: their stamps are those of
-/// their arrival. The first of each burst is kept. Returns how many are left out.
-fn leave_out_bursts(times: &mut Vec<f64>, cells: &mut Vec<f64>) -> u64 {
-    let Some((even, true)) = period(times) else {
-        return 0;
-    };
-    let (rows, columns) = (times.len(), cells.len() / times.len());
-    let row = |k: usize| &cells[k * columns..(k + 1) * columns];
-    let mut kept: Vec<usize> = vec![0];
-    for k in 1..rows {
-        let before = kept.last().map_or(0, |last| *last);
-        // One that has what the row before lacks is of another topic.
-        let mut cells = row(k).iter().zip(row(before));
-        let adds = cells.any(|(new, old)| old.is_nan() && !new.is_nan());
-        if adds || times[k] - times[k - 1] > 0.5 * even {
-            kept.push(k);
-        }
-    }
-    let of_kept = kept.iter().flat_map(|k| row(*k).iter().copied()).collect();
-    *times = kept.iter().map(|k| times[*k]).collect();
-    *cells = of_kept;
-    (rows - kept.len()) as u64
 }
 
 /// Number of rows that are lacking at step `k`, by the mean times of as many rows before as after it:

@@ -178,7 +178,7 @@ pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
             lines.push(line("order", text, &[rows(count)], remedy));
         }
     };
-    let again = "with the time of the row before, or of one burst with it, are left out";
+    let again = "with the time of the row before are left out";
     let late = "earlier than the row before are left out";
     let early = "from before the first frame are left out";
     left_out(channel.duplicates, again, write);

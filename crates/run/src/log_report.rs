@@ -46,7 +46,7 @@ pub struct ChannelReport {
     /// Start of the longest gap, s.
     #[serde(rename = "longest_gap_at_s")]
     pub longest_gap_at: Option<f64>,
-    /// Rows left out because they have the time of the row before, or follow it in a burst.
+    /// Rows left out because they have the time of the row before.
     pub duplicates: u64,
     /// Rows left out because they are earlier than the row before.
     pub late: u64,
