@@ -3,8 +3,8 @@
 # Format, lints, documentation: the fast checks.
 check:
     cargo fmt --all --check
-    cargo clippy --workspace --all-targets --locked -- -D warnings
-    cargo check --locked -p robhaz --no-default-features
+    cargo clippy --release --workspace --all-targets --locked -- -D warnings
+    cargo check --release --locked -p robhaz --no-default-features
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
 # All tests, in the profile that runs use, so that dependencies are built once.

@@ -230,7 +230,7 @@ impl Form for Terrain {
         (kind.build)(reader, node, path, &mut ground);
         *into = ground;
         if let (true, Err(error)) = (reader.mark() == mark, into.profile.check()) {
-            reader.refuse(node, path, &error.to_string());
+            reader.complain(&node.origin, path, || error.to_string());
         }
     }
 
@@ -279,7 +279,7 @@ mod tests {
         }
     }
 
-    /// The meaning of the key `kind` describes each kind, and each is written as what it reads.
+    /// The meaning of the key `kind` describes each kind, and each is written as what it reads. None but `flat` is level.
     #[test]
     fn each_kind_is_described_and_written_as_itself() {
         assert_eq!(COMMON[0].meaning.split(';').count(), KINDS.len());
@@ -295,6 +295,11 @@ mod tests {
             let scene = read(&text).unwrap();
             assert_eq!(read(&scene.to_toml("x")).unwrap().terrain, scene.terrain);
             assert_eq!(scene.terrain.kind, kind.name);
+            // Curves without heights of their own are level.
+            let ground = robhaz_terrain::Terrain::new(scene.terrain.profile.clone());
+            let mut points = ground.survey(0.0, 6.0, 0.01).into_iter();
+            let is_level = points.all(|point| point.height == 0.0);
+            assert_eq!(is_level, kind.name == "flat", "{}", kind.name);
         }
     }
 }
