@@ -26,7 +26,10 @@ fn write(folder: &Path, lines: &[String], clock: impl Fn(f64) -> f64) {
 
 /// The findings of `robhaz check`, as lines.
 fn checked(folder: &Path) -> Vec<String> {
-    let output = robhaz(folder).args(["check", "log.csv"]).output().unwrap();
+    let output = robhaz(folder)
+        .args(["check", "-v", "log.csv"])
+        .output()
+        .unwrap();
     text(&output.stdout).lines().map(str::to_owned).collect()
 }
 

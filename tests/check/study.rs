@@ -80,7 +80,7 @@ fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Fai
                     "{name} {overrides:?} {}
 {}",
                     fault.name,
-                    report.text()
+                    report.text(true)
                 );
             }
             Ok(found(fault, &report))
@@ -178,12 +178,12 @@ fn a_wheel_of_another_radius_is_distinguished_from_slip() -> Result<(), Failure>
             found(fault, &report).0,
             is_shown,
             "{ground}: {}",
-            report.text()
+            report.text(true)
         );
         assert!(
-            report.text().contains("of wheel 2"),
+            report.text(true).contains("of wheel 2"),
             "{ground}: {}",
-            report.text()
+            report.text(true)
         );
     }
     Ok(())

@@ -63,7 +63,7 @@ pub(super) fn difference(a: &HashMap<String, Vec<f64>>, b: &HashMap<String, Vec<
 /// `robhaz check` on the fixture: what it printed, and whether it found a fault.
 pub(super) fn checked(folder: &Path, log: &Path) -> (bool, String) {
     let mut command = robhaz(folder);
-    command.arg("check").arg(log);
+    command.args(["check", "-v"]).arg(log);
     command.args(["--robot", &robot(), "--sensors", "mine.toml"]);
     let output = command.output().unwrap();
     (output.status.success(), text(&output.stdout))

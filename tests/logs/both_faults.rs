@@ -116,11 +116,11 @@ fn check_finds_what_is_exchanged() {
         ),
         (
             changed(&["differential_angle"], |x| x + 0.08),
-            "rad from differential_angle",
+            "(rad) to offset of differential_angle",
         ),
         (
             changed(&["right_pin_angle"], |x| x - 0.08),
-            "rad from right_pin_angle",
+            "(rad) to offset of right_pin_angle",
         ),
         (
             of_axes.replace("kept,", "body_inclination,"),

@@ -170,7 +170,7 @@ fn messages_of_both_sides_give_the_same_table() {
             .collect()
     };
     let mut check = robhaz(path);
-    let output = check.arg("check").args(of_ros).output().unwrap();
+    let output = check.args(["check", "-v"]).args(of_ros).output().unwrap();
     let [csv, ros] = [
         checked(path, &fixture("readings.csv")).1,
         text(&output.stdout),

@@ -120,7 +120,7 @@ fn spin(time: f64) -> (f64, f64, f64) {
 
 /// Output of `robhaz check log.csv --sensors d.toml` in a folder.
 pub fn check(folder: &Path) -> Output {
-    let arguments = ["check", "log.csv", "--sensors", "d.toml"];
+    let arguments = ["check", "-v", "log.csv", "--sensors", "d.toml"];
     robhaz(folder).args(arguments).output().unwrap()
 }
 

@@ -1,7 +1,7 @@
 //! `robhaz check`: is a recorded log what the estimators take it for?
 
 use crate::log_args::LogArgs;
-use crate::terminal::{tell, warn_of};
+use crate::terminal::{Output, tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_log::check::{
@@ -30,7 +30,7 @@ pub fn run(args: &Args) -> Result<()> {
     } = Checked::of(&args.log, None)?;
     warnings.iter().for_each(|w| warn_of(&name, w));
     let document = serde_json::to_value(&report).into_diagnostic()?;
-    tell(&report.text(), &document)?;
+    tell(&report.text(Output::get().verbose > 0), &document)?;
     match report.faults().count() {
         0 => Ok(()),
         1 => bail!("{name}: 1 test found a fault"),

@@ -16,7 +16,7 @@ const REMEDY: &str = "rename the columns, or say with --sensors SENSORS.toml whi
 const BOTH_REMEDY: &str =
     "it has columns of both sides: state sides = \"both\", or none, in the description";
 /// What helps when a table of both sides has other columns.
-const OF_BOTH_REMEDY: &str = "rename the columns, or map them with --sensors SENSORS.toml (docs/logs.md#both-sides); body_specific_force_x, _y and _z stand in for body_inclination and body_roll";
+const OF_BOTH_REMEDY: &str = "rename the columns, or map them with --sensors SENSORS.toml (docs/logs.md#both-sides); body_specific_force_x, _y and _z stand in for body_inclination and body_roll; of one side alone state sides = \"one of two\"";
 /// What to do about a table of the truth. A description does not map its columns.
 const TRUTH_REMEDY: &str = "rename the columns as in the table truth of a run: time, and wheelN_normal_force and wheelN_traction of each wheel, of both sides left_wheelN_... and right_wheelN_...";
 
@@ -56,7 +56,10 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let is_wheel =
         |c: &ColumnInfo| c.name.starts_with("left_wheel") || c.name.starts_with("right_wheel");
     let has_both = table.found.iter().any(is_wheel);
-    let is_of_both = choice.sides == LogSides::Both || has_both && !choice.states("sides");
+    // A table with neither is told the names that its robot asks for.
+    let has_one = table.found.iter().any(|c| c.name.starts_with("wheel"));
+    let may_be = has_both || !has_one && choice.robot.whole_rover().is_some();
+    let is_of_both = choice.sides == LogSides::Both || may_be && !choice.states("sides");
     // In place of inclination and roll of a body.
     let force = ["x", "y", "z"].map(|axis| format!("body_specific_force_{axis}"));
     let has = |name: &String| table.found.iter().any(|c| bare(c) == name);

@@ -18,6 +18,7 @@ use crate::check::{Finding, rest};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{EstimatorSettings, SensorFrame, Sides};
 use robhaz_model::Robot;
+use robhaz_score::signals::mean;
 use std::fmt;
 
 /// Standard deviations that are a fault: a false alarm in 16 000.
@@ -39,6 +40,9 @@ const TURNS: f64 = 0.2;
 const STEEPEST: f64 = 1.0;
 /// Turn of the wheels within which a robot has not moved, rad.
 const STILL: f64 = 0.02;
+/// Time before the wheels have turned by [`STILL`] in which the robot gathers speed, which an inclinometer shows as a
+/// slope, s.
+const STARTS: f64 = 0.5;
 
 pub const TEST: &str = "zero by the torques";
 
@@ -56,6 +60,8 @@ pub struct Level {
     at_rest: Option<f64>,
     /// The same across, of a rover with both sides.
     roll_at_rest: Option<f64>,
+    /// Whether one inclinometer, that of a body, shows the slope.
+    is_of_body: bool,
     /// Largest slope that is none, rad.
     even: f64,
 }
@@ -83,7 +89,7 @@ struct Ways {
     speed: f64,
     /// Slopes at the start and the end of the way, rad.
     ends: Option<[f64; 2]>,
-    /// Sums and numbers of slopes and rolls before the first motion.
+    /// Means and number of the slopes and of the rolls before the first motion.
     rest: [(f64, f64); 2],
 }
 
@@ -117,7 +123,15 @@ impl Level {
             slope: frame.inclination,
             roll: frame.roll,
         };
-        Self::of(frames.iter().map(moment), side, settings)
+        Self {
+            is_of_body: true,
+            ..Self::of(frames.iter().map(moment), side, settings)
+        }
+    }
+
+    /// Roll before the first motion, rad, and whether it is one of the ground; `None` without a rest.
+    pub fn roll_at_rest(&self) -> Option<(f64, bool)> {
+        self.roll_at_rest.map(|roll| (roll, self.is_slope(roll)))
     }
 
     /// Of a robot with one such side, or of a rover with two.
@@ -159,7 +173,7 @@ impl Level {
             allowed = [allowed[0].max(from), allowed[1].min(to)];
         }
         let [at_rest, roll_at_rest] =
-            (ways.rest).map(|(sum, count)| (count > 0.0).then(|| sum / count));
+            (ways.rest).map(|(mean, count)| (count > 0.0).then_some(mean));
         let [(_, count), _] = ways.rest;
         Self {
             // Where both ways contradict each other it is no zero.
@@ -168,6 +182,7 @@ impl Level {
             usual: 2.0 * friction,
             at_rest,
             roll_at_rest,
+            is_of_body: false,
             even: 3.0 * budget.inclination_bias
                 + GATE * budget.inclination_noise / count.sqrt().max(1.0),
         }
@@ -198,10 +213,16 @@ impl Level {
         ));
         let slope = match self.at_rest {
             Some(slope) if !self.is_slope(slope) => None,
-            Some(slope) => Some(format!(
-                "at rest all inclinometers together show a slope of {:.1} deg: if the ground was level there, they err by that, and offset = {slope:.4} (rad) belongs to each",
-                slope.to_degrees()
-            )),
+            Some(slope) => Some(match self.is_of_body {
+                true => format!(
+                    "at rest body_inclination shows {:.1} deg: if the ground was level along, it errs by that, and offset = {slope:.4} (rad) belongs to it",
+                    slope.to_degrees()
+                ),
+                false => format!(
+                    "at rest all inclinometers together show a slope of {:.1} deg: if the ground was level there, they err by that, and offset = {slope:.4} (rad) belongs to each",
+                    slope.to_degrees()
+                ),
+            }),
             None => Some("the log has no rest on level ground, which would show whether all inclinometers err alike".to_owned()),
         };
         let unknown = match self.allowed {
@@ -290,6 +311,19 @@ fn hold<const N: usize>(held: &mut [Option<f64>; N], read: [Option<f64>; N]) -> 
     known.then(|| held.map(Option::unwrap_or_default))
 }
 
+/// Means and numbers of what a robot shows that stands, slope and roll with their times, before it starts: of all where it
+/// starts with the log.
+fn at_rest(stood: &[(f64, [Option<f64>; 2])], until: f64) -> [(f64, f64); 2] {
+    let before = stood.partition_point(|(time, _)| *time < until);
+    let stood = if before > 0 { &stood[..before] } else { stood };
+    [0, 1].map(|k| {
+        let read: Vec<f64> = stood.iter().filter_map(|(_, read)| read[k]).collect();
+        // A count of frames.
+        let count = read.len() as f64;
+        (mean(&read).unwrap_or(0.0), count)
+    })
+}
+
 /// A part of the way.
 struct Part<const N: usize> {
     /// Time (s) and wheel angles (rad) at its start.
@@ -312,6 +346,7 @@ impl Ways {
         let mut start = None::<(f64, [f64; N])>;
         let (mut slopes, mut angles, mut torques) = ([None], [None; N], [None; N]);
         let mut part = None::<Part<N>>;
+        let mut stood = Vec::new();
         for moment in moments {
             let slope = hold(&mut slopes, [moment.slope]);
             let angle = hold(&mut angles, moment.angle);
@@ -324,13 +359,10 @@ impl Ways {
                 let stands = first.iter().zip(&angle).all(|(a, b)| (b - a).abs() < STILL);
                 if stands {
                     let roll = moment.roll.filter(|roll| roll.is_finite());
-                    for ((sum, count), value) in found.rest.iter_mut().zip([Some(slope), roll]) {
-                        *sum += value.unwrap_or(0.0);
-                        *count += f64::from(u8::from(value.is_some()));
-                    }
+                    stood.push((moment.time, [Some(slope), roll]));
                 } else {
-                    if moment.time - began < rest::SHORTEST {
-                        found.rest = Default::default();
+                    if moment.time - began >= rest::SHORTEST {
+                        found.rest = at_rest(&stood, moment.time - STARTS);
                     }
                     found.ends = Some([slope; 2]);
                 }
@@ -358,6 +390,9 @@ impl Ways {
                 found.add(of_part, &angle, step, side, settings)?;
                 part = Some(first);
             }
+        }
+        if found.ends.is_none() {
+            found.rest = at_rest(&stood, f64::INFINITY);
         }
         Some(found)
     }

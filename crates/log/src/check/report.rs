@@ -130,14 +130,15 @@ impl Report {
         self.findings.iter().filter(|f| f.is_fault())
     }
 
-    /// One line a finding, faults last; below it what to do.
-    pub fn text(&self) -> String {
-        let width = |of: fn(&Finding) -> usize| self.findings.iter().map(of).max().unwrap_or(0);
-        let (tests, channels) = (width(|f| f.test.len()), width(|f| f.channel.len()));
+    /// One line a finding, faults last; below it what to do. What is right is only counted, unless `all` are listed.
+    pub fn text(&self, all: bool) -> String {
         let mut text = String::new();
+        let is_listed = |finding: &&Finding| all || finding.verdict != Verdict::Ok;
         // Stable: within a verdict the order of the tests.
-        let mut findings: Vec<&Finding> = self.findings.iter().collect();
+        let mut findings: Vec<&Finding> = self.findings.iter().filter(is_listed).collect();
         findings.sort_by_key(|finding| finding.verdict);
+        let width = |of: fn(&Finding) -> usize| findings.iter().map(|f| of(f)).max().unwrap_or(0);
+        let (tests, channels) = (width(|f| f.test.len()), width(|f| f.channel.len()));
         for finding in findings {
             let (test, channel, figure) = (finding.test, &finding.channel, &finding.figure);
             let verdict = match finding.verdict {
@@ -153,9 +154,12 @@ impl Report {
         let of = |verdict| self.findings.iter().filter(move |f| f.verdict == verdict);
         let [ok, unknown, faults] =
             [Verdict::Ok, Verdict::CannotTell, Verdict::Fault].map(|verdict| of(verdict).count());
-        let all = self.findings.len();
+        let (tests, listed) = (
+            self.findings.len(),
+            if all { "" } else { " (-v lists them)" },
+        );
         text + &format!(
-            "{all} tests: {ok} ok, {unknown} that this log cannot tell, {faults} with a fault"
+            "{tests} tests: {ok} ok{listed}, {unknown} that this log cannot tell, {faults} with a fault"
         )
     }
 }
@@ -179,11 +183,15 @@ mod tests {
             (report.verdict, report.faults().count()),
             (Verdict::Fault, 1)
         );
-        let text = report.text();
+        let text = report.text(true);
         assert!(
             text.contains("FAULT        sign   torque 1  -1\n             -> turn it\n"),
             "{text}"
         );
-        assert!(text.ends_with("3 tests: 1 ok, 1 that this log cannot tell, 1 with a fault"));
+        let counts = "3 tests: 1 ok, 1 that this log cannot tell, 1 with a fault";
+        assert!(text.starts_with("ok ") && text.ends_with(counts), "{text}");
+        let short = report.text(false);
+        assert!(short.starts_with("cannot tell"), "{short}");
+        assert!(short.contains("1 ok (-v lists them), 1 that"), "{short}");
     }
 }

@@ -41,7 +41,7 @@ const STEEPEST: f64 = 60.0 * DEGREE;
 /// roof.
 pub(super) const UPSIDE_DOWN: f64 = 150.0 * DEGREE;
 
-const ZERO: &str = "zero at rest";
+pub const ZERO: &str = "zero at rest";
 const NOISE: &str = "noise at rest";
 
 impl Recorded {

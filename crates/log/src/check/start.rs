@@ -139,7 +139,7 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
         let torque = Channel::Torque(i);
         let Some(coefficient) = coefficients[i] else {
             let figure = "the torque does not follow the acceleration of a start";
-            let remedy = "start on even ground, after a rest";
+            let remedy = "start on even ground, after a rest, and faster: the torque must stand out of its noise and of what wheels push each other";
             return Finding::ok(TEST, torque, figure).cannot_tell(remedy);
         };
         let figure = format!(

@@ -83,7 +83,9 @@ impl Way {
                 "drive some metres: on so short a way the wheels stand on other ground throughout",
             )
         } else if mean.abs() > allowed {
-            finding.fault(format!("subtract {mean:.4} rad from {channel}: state it as its offset, or set its zero on level ground"))
+            finding.fault(format!(
+                "add {mean:.4} (rad) to offset of {channel}, or set its zero on level ground"
+            ))
         } else if allowed < LARGEST_ZERO {
             finding
         } else {

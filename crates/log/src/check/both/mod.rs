@@ -22,7 +22,7 @@ pub use contradiction::{Consistency, contradiction};
 use crate::check::{
     BodyNoise, Finding, Level, RIGHT_FILE, SIDES, Stated, StatedBoth, UNITS, Verdict, check_side,
     check_start, delay, drive, ground, in_step, is_of_robot_file, left_out, level, limits, links,
-    on_links, speeds, stamps, start, way, wheels,
+    on_links, rest, speeds, stamps, start, way, wheels,
 };
 use crate::frames::side_frame;
 use rayon::prelude::*;
@@ -142,7 +142,10 @@ fn across_sides(
     let mut faults = findings.iter().filter(|f| f.is_fault());
     let is_upset = faults.any(|f| HIDES.contains(&f.test));
     findings.push(of_torques);
-    let zeros = across::zeros(frames, stated);
+    let mut zeros = across::zeros(frames, stated);
+    for (zero, side) in zeros.iter_mut().zip(["left", "right"]) {
+        take_rest(zero, side, findings);
+    }
     // One remedy for one pin: the way tells its zero from that of the body.
     for (zero, side) in zeros.iter().zip(["left", "right"]) {
         let is_twin = |f: &Finding| f.test == ground::OFFSET && f.channel.starts_with(side);
@@ -153,13 +156,19 @@ fn across_sides(
     let zeroed = !zeros.iter().any(Finding::is_fault);
     findings.extend(zeros);
     findings.push(roll::roll(frames, stated, pace));
-    findings.push(roll::zero(frames, stated));
+    let at_rest = Level::of_both(frames, &rover.side, &stated.settings).roll_at_rest();
+    findings.push(roll::zero(frames, stated, at_rest));
     // The same ground under all wheels of a side is that of the body's own pitch.
     let is_passed = |f: &&Finding| f.test == ground::SCALE && f.verdict == Verdict::Ok;
     let pitched = findings.iter().filter(is_passed).count() == 2;
     let flags = [is_upset, zeroed, pitched];
-    let (of_wirings, wired) = wirings::findings(frames, stated, pace, follows, flags, is_compared);
-    findings.extend(of_wirings);
+    let found = wirings::findings(frames, stated, pace, follows, flags, is_compared);
+    let of_torques = findings.iter_mut().find(|f| f.test == torques::TEST);
+    if let (Some(finding), Some(remedy)) = (of_torques, found.of_torques) {
+        finding.remedy = Some(remedy);
+    }
+    findings.extend(found.findings);
+    let wired = found.frames;
     // With what was found corrected: exchanged wheels turn the yaw, too.
     let yaw = across::yaw(&wired, rover, &stated.settings.budget);
     if !yaw.is_fault() {
@@ -173,6 +182,28 @@ fn across_sides(
     findings.push(level.finding("body_inclination"));
     let is_found = findings.iter().any(Finding::is_fault);
     findings.extend(agreement::findings(&wired, stated, is_found));
+}
+
+/// A pin's zero that is off over the way takes what the pin shows at rest in place of a finding of its own.
+fn take_rest(zero: &mut Finding, side: &str, findings: &mut Vec<Finding>) {
+    let of_pin = format!("{side}: pin_angle");
+    let is_of_rest =
+        |f: &Finding| f.test == rest::ZERO && f.channel == of_pin && f.verdict != Verdict::Ok;
+    let Some(remedy) = zero
+        .remedy
+        .as_mut()
+        .filter(|_| zero.verdict == Verdict::Fault)
+    else {
+        return;
+    };
+    let Some(k) = findings.iter().position(is_of_rest) else {
+        return;
+    };
+    let of_rest = findings.remove(k);
+    *remedy = format!(
+        "{remedy}\nthat is the mean over the way, which bumps under one side move; {}",
+        of_rest.remedy.unwrap_or_default()
+    );
 }
 
 /// What a test says of the frames of one side, with what is stated of it.

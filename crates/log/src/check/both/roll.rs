@@ -41,7 +41,11 @@ fn rolls(part: &[RollReading], rover: &WholeRover, dt: f64) -> [Vec<f64>; 5] {
 }
 
 /// The zero of the roll. No other reading shows it: ground that falls to one side does the same.
-pub fn zero(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Finding {
+pub fn zero(
+    frames: &[WholeFrame],
+    stated: &StatedBoth<'_>,
+    at_rest: Option<(f64, bool)>,
+) -> Finding {
     let turned = values(frames, wheel_turns);
     let steps: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     let mean = way::mean_over(&steps, &values(frames, |f| f.roll));
@@ -51,12 +55,22 @@ pub fn zero(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Finding {
     let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
     let figure =
         format!("mean over the way {shown:.2} deg, by the sensor at most {at_most:.2} deg");
-    let finding = Finding::ok("zero of the roll", "body_roll", figure).with("mean", shown, "deg");
+    let mut finding =
+        Finding::ok("zero of the roll", "body_roll", figure).with("mean", shown, "deg");
     if mean.abs() <= allowed {
         return finding;
     }
+    let of_rest = at_rest.map(|(roll, is_slope)| match is_slope {
+        true => format!("at rest it shows {roll:.4} rad, which is its zero if the rover stood level"),
+        false => format!("at rest it shows {roll:.4} rad, so that ground or bumps under one side cause the mean, if the rover stood level"),
+    });
+    if let (Some(of_rest), Some((_, false))) = (&of_rest, at_rest) {
+        finding.figure += &format!("; {of_rest}");
+        return finding;
+    }
+    let of_rest = of_rest.map_or(String::new(), |of_rest| format!("{of_rest}; "));
     finding.cannot_tell(format!(
-        "if the ground did not fall to one side, {mean:.4} rad is the zero of body_roll: state it as its offset, of an IMU as roll_offset; driven to and fro on the same ground, or stood on it both ways round, the mean of both rolls is the zero, and each degree of it moves load from side to side"
+        "{of_rest}if neither ground nor bumps were higher under one side, {mean:.4} rad is the zero of body_roll: state it as its offset, of an IMU as roll_offset; driven to and fro on the same ground, or stood on it both ways round, the mean of both rolls is the zero, and each degree of it moves load from side to side"
     ))
 }
 
@@ -205,7 +219,7 @@ mod tests {
         let rover = rover();
         let verdict = |roll: f64| {
             let frames = turn_left(|f| f.roll = Some(roll.to_radians()));
-            let found = zero(&frames, &of_angle(&rover));
+            let found = zero(&frames, &of_angle(&rover), None);
             assert!((found.numbers[0].value - roll).abs() < 1e-9, "{found:?}");
             found.verdict
         };

@@ -7,6 +7,8 @@ use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
 use robhaz_score::signals::{derivative, fit, high_pass, smooth};
 
+/// The test.
+pub const TEST: &str = "torques of the sides";
 /// Time over which speeds and torques are averaged, s, of an ordinary drive.
 const SMOOTHING: f64 = 0.1;
 /// Time over which set speeds and slopes do not change, s, of an ordinary drive.
@@ -54,7 +56,7 @@ pub fn follows(frames: &[WholeFrame], rover: &WholeRover, i: usize, pace: f64) -
 
 /// The torques of both sides: each answers its own encoder.
 pub fn finding(follows: [Option<bool>; 3]) -> Finding {
-    let (test, channel) = ("torques of the sides", "torques and encoders");
+    let (test, channel) = (TEST, "torques and encoders");
     let numbers = |which: Option<bool>| {
         let found = (1..=3).filter(|i| follows[i - 1] == which);
         found.map(|i| i.to_string()).collect::<Vec<_>>().join(", ")

@@ -260,6 +260,27 @@ fn better<'a>(
     better
 }
 
+/// Of the exchanges that make each torque answer its own encoder the one that the estimator agrees with, where it agrees
+/// with no other one.
+fn of_torques(others: &[Judged], follows: [Option<bool>; 3]) -> Option<&[Change]> {
+    let answers = |judged: &&Judged| fits(&judged.0, follows);
+    let mut fitting: Vec<&Judged> = others.iter().filter(answers).collect();
+    fitting.sort_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
+    let (wiring, best) = fitting.first()?;
+    let next = fitting.get(1).map_or(REFUSED, |(_, found)| found.sum);
+    (next > AS_WELL * best.sum).then_some(wiring)
+}
+
+/// What [`findings`] has found.
+pub struct Found {
+    /// The roll on the ground, and left and right.
+    pub findings: [Finding; 2],
+    /// The frames with what was found corrected.
+    pub frames: Vec<WholeFrame>,
+    /// What to do about a torque that answers the encoder of the other side.
+    pub of_torques: Option<String>,
+}
+
 /// Which exchange or sign the estimator of both sides agrees with, the roll then, and the frames with
 /// it. `follows`: see [`super::torques::follows`]; `is_upset`: another test has found a fault, with which no
 /// exchange is to be seen; `zeroed`: none has found a joint's zero that is off; `pitched`: the ground shows that the
@@ -273,7 +294,7 @@ pub fn findings(
     follows: [Option<bool>; 3],
     [is_upset, zeroed, pitched]: [bool; 3],
     is_compared: bool,
-) -> ([Finding; 2], Vec<WholeFrame>) {
+) -> Found {
     let turned = driving_spin(&stated.rover.side).max(0.1);
     let wheels = |f: &WholeFrame| (f.time, f.wheel_angle);
     let part = part_of_drive(frames, wheels, turned, LONGEST * pace);
@@ -285,8 +306,11 @@ pub fn findings(
         true => found.is_worse(own, count),
         false => found.sum > AS_WELL * own.sum * count,
     };
+    // One of those that the torques ask for is right, however it fits.
+    let is_asked = |wiring: &[Change]| follows.contains(&Some(false)) && fits(wiring, follows);
     let of = |wiring: Vec<Change>| {
-        let found = Judgement::of(part, stated, &wiring, is_out);
+        let asked = is_asked(&wiring);
+        let found = Judgement::of(part, stated, &wiring, |found| !asked && is_out(found));
         (wiring, found)
     };
     // As wired is the first.
@@ -325,7 +349,14 @@ pub fn findings(
     };
     let roll = roll_finding(corrected);
     let wired = frames.iter().map(|frame| wired(frame, wiring));
-    ([roll, finding], wired.collect())
+    let asked = follows
+        .contains(&Some(false))
+        .then(|| of_torques(&others, follows));
+    Found {
+        findings: [roll, finding],
+        frames: wired.collect(),
+        of_torques: asked.flatten().map(words),
+    }
 }
 
 #[cfg(test)]

@@ -96,8 +96,7 @@ fn parts_of_the_ground() {
     let part = |keys: &str| format!("[[terrain.part]]\n{keys}\n");
     one(
         &parts(&(part("kind = 'step'\nstart = 2") + &part("kind = 'step'\nstart = 1"))),
-        "x.toml:1: terrain: found [terrain] (a table), \
-         allowed: part 1 starts at 1 m, before the end of the part before, 2 m",
+        "x.toml:1: terrain: part 1 starts at 1 m, before the end of the part before, 2 m",
     );
     one(
         &parts(&part("kind = 'step'\nrise = 0.1")),
