@@ -36,6 +36,8 @@ const LARGEST_DIFFERENCE: f64 = 1.5;
 /// Difference of the speeds of both sides from their mean, over it, from which on a rover turns: its wheels work
 /// against friction across, which lifts nothing.
 const TURNS: f64 = 0.2;
+/// Push of the other side over the weight of a side that no ground holds, -: torques have another unit.
+const LARGEST_PUSH: f64 = 1.0;
 /// Slope on which no robot stands, rad.
 const STEEPEST: f64 = 1.0;
 /// Turn of the wheels within which a robot has not moved, rad.
@@ -56,6 +58,9 @@ pub struct Level {
     resisted: f64,
     /// Largest such part that gears and ground have, by two deviations of the budget.
     usual: f64,
+    /// What the torques push a side with over its weight, beyond rise, budget and four deviations, -: the other side
+    /// pushes it, as in a skid turn; `None` where they do not.
+    pushed: Option<f64>,
     /// Slope of the ground before the first motion, as the inclinometers show it, rad; `None` without a rest.
     at_rest: Option<f64>,
     /// The same across, of a rover with both sides.
@@ -129,6 +134,11 @@ impl Level {
         }
     }
 
+    /// What the torques push a side with over its weight that the other side holds, -; `None` where they do not.
+    pub fn pushed(&self) -> Option<f64> {
+        self.pushed
+    }
+
     /// Roll before the first motion, rad, and whether it is one of the ground; `None` without a rest.
     pub fn roll_at_rest(&self) -> Option<(f64, bool)> {
         self.roll_at_rest.map(|roll| (roll, self.is_slope(roll)))
@@ -151,6 +161,7 @@ impl Level {
         let friction = (wheels * budget.gear_friction * over).hypot(budget.rolling_resistance);
         let [first, last] = ways.ends.unwrap_or_default();
         let (mut allowed, mut resisted) = ([f64::NEG_INFINITY, f64::INFINITY], 0.0_f64);
+        let (mut pushed, usual) = (None, 2.0 * friction);
         for (back, sign) in [1.0, -1.0].into_iter().enumerate() {
             let way = ways.way[back];
             // On curved ground a fast robot shows slopes that are none.
@@ -166,6 +177,9 @@ impl Level {
             let beyond = (ways.rise[back] - ways.work[back]) / way;
             let more = GATE * sigma.hypot(friction);
             resisted = resisted.max(-beyond);
+            let is_push =
+                |push: &f64| push.abs() > usual + GATE * sigma && push.abs() < LARGEST_PUSH;
+            pushed = pushed.or(Some(-beyond).filter(is_push));
             let [from, to] = match sign > 0.0 {
                 true => [beyond - GATE * sigma, beyond + more],
                 false => [-beyond - more, -beyond + GATE * sigma],
@@ -179,7 +193,8 @@ impl Level {
             // Where both ways contradict each other it is no zero.
             allowed: (allowed[0].is_finite() && allowed[0] <= allowed[1]).then_some(allowed),
             resisted,
-            usual: 2.0 * friction,
+            usual,
+            pushed,
             at_rest,
             roll_at_rest,
             is_of_body: false,

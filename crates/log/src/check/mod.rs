@@ -125,7 +125,11 @@ fn check_side(
         findings,
         is_of_both,
         excused,
+        pushed: None,
     };
+    if log.has_other_side() && !is_of_both {
+        log.pushed = Level::of_side(&log.frames, stated.robot, &stated.settings).pushed();
+    }
     log.take(of_jumps);
     if let Some(speeds) = speeds::finding(&log.frames, &stated) {
         log.take([speeds, left_out("they need angles of the wheels")]);
@@ -235,7 +239,15 @@ impl Readings<'_> {
             self.take(of_way);
             self.take(links::delays(self));
         }
-        self.take([ground::distance(self)]);
+        let distance = ground::distance(self);
+        // Links and body follow the ground of the other side, too.
+        self.take([match self.has_other_side() && distance.is_fault() {
+            true => {
+                let remedy = distance.remedy.clone().unwrap_or_default();
+                distance.cannot_tell(format!("{remedy}; or the other side passed other ground: measure a way, distance over turns of the wheels"))
+            }
+            false => distance,
+        }]);
         self.take([level(self)]);
         self.take([in_step::of_wheels(&self.recording)]);
         if self.stops(&self.findings, start::is_of_unit) {

@@ -1,7 +1,7 @@
 //! The readings of a log, and what was found so far.
 
 use crate::check::clock::Clock;
-use crate::check::{Finding, Recording, Stated};
+use crate::check::{Finding, Recording, Stated, agreement, delay, drive, wheels, wirings};
 use robhaz_estimator::{SensorFrame, Sides};
 use std::borrow::Cow;
 
@@ -15,7 +15,18 @@ pub struct Readings<'a> {
     pub is_of_both: bool,
     /// Tests that do not hold in this drive: their faults stop no other test.
     pub excused: &'a [&'static str],
+    /// What the other side pushes this one with over its weight, -, as far as that shows.
+    pub pushed: Option<f64>,
 }
+
+/// Tests that know no push of another side. Of the delays only that of the torques.
+const OF_PUSHED: [&str; 5] = [
+    wheels::TEST,
+    delay::TEST,
+    drive::PAIRING,
+    wirings::TEST,
+    agreement::TEST,
+];
 
 impl<'a> Readings<'a> {
     /// Of a side of both, without a finding; `None` without three frames.
@@ -31,6 +42,7 @@ impl<'a> Readings<'a> {
             findings: Vec::new(),
             is_of_both: true,
             excused: &[],
+            pushed: None,
         })
     }
 
@@ -54,7 +66,13 @@ impl<'a> Readings<'a> {
     /// Takes what a test found. Later tests see the readings with its changes.
     pub fn take(&mut self, findings: impl IntoIterator<Item = Finding>) {
         let known = self.findings.len();
-        self.findings.extend(findings);
+        let pushed = self.pushed;
+        let unless_pushed = |finding: Finding| match pushed {
+            Some(push) if finding.is_fault() && is_of_pushed(&finding) => by_push(finding, push),
+            _ => finding,
+        };
+        self.findings
+            .extend(findings.into_iter().map(unless_pushed));
         let found = &self.findings[known..];
         if found.iter().all(|finding| finding.changes.is_empty()) {
             return;
@@ -67,4 +85,21 @@ impl<'a> Readings<'a> {
             self.recording = recording;
         }
     }
+}
+
+/// Whether a push of the other side looks like the fault.
+fn is_of_pushed(finding: &Finding) -> bool {
+    let is_of_torques = finding.test != delay::TEST || finding.channel == drive::LATE;
+    OF_PUSHED.contains(&finding.test) && is_of_torques
+}
+
+/// A fault that a push of the other side explains as well: nothing is changed for it.
+fn by_push(finding: Finding, push: f64) -> Finding {
+    let unchanged = Finding {
+        changes: Vec::new(),
+        ..finding
+    };
+    unchanged.cannot_tell(format!(
+        "the torques push this side with {push:.2} of its weight beyond its rise, which the other side holds, as in a skid turn: record a drive straight on"
+    ))
 }

@@ -99,7 +99,9 @@ pub fn size(start: Option<Start>) -> Option<Finding> {
         "the torques are {size:.2} +- {sigma:.2} of what the inertias of the robot ask for ({:.2} to {OTHER_SIZE:.2} is right)",
         1.0 / OTHER_SIZE
     );
-    let finding = Finding::ok(SIZE, "torques 1 to 3", figure).with("size", size, "-");
+    let finding = Finding::ok(SIZE, "torques 1 to 3", figure)
+        .with("size", size, "-")
+        .with("deviation", sigma, "-");
     let is_other = size - CERTAIN * sigma > OTHER_SIZE || size + CERTAIN * sigma < 1.0 / OTHER_SIZE;
     let is_right = (1.0 / OTHER_SIZE..=OTHER_SIZE).contains(&size);
     let remedy = format!(
@@ -113,6 +115,15 @@ pub fn size(start: Option<Start>) -> Option<Finding> {
             "{remedy}; one start more, faster, on level ground shows it better"
         )),
     })
+}
+
+/// Whether a finding of [`size`] excludes another size of the torques.
+pub fn confirms(finding: &Finding) -> bool {
+    let [size, sigma] = ["size", "deviation"].map(|name| finding.number(name));
+    let is_within = |(size, sigma): (f64, f64)| {
+        size + GATE * sigma < OTHER_SIZE && size - GATE * sigma > 1.0 / OTHER_SIZE
+    };
+    finding.test == SIZE && size.zip(sigma).is_some_and(is_within)
 }
 
 /// All findings, for encoders of one sign. `forward` is the sign of the acceleration by the
@@ -180,4 +191,27 @@ fn common(torques_are_backwards: bool, forward: f64) -> Finding {
     };
     let finding = Finding::ok(TEST, names, figure).fault(remedy);
     finding.change(Channel::all()[channels].iter().map(turned))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A size near 1 is confirmed where the start knows it, and one that may as well be two thirds is not.
+    #[test]
+    fn a_start_confirms_the_size_that_it_shows() {
+        let of = |sigma: f64| {
+            let start = Start {
+                lag: 0.0,
+                size: 1.0,
+                sigma,
+                left: 0.1,
+                left_in_time: 0.1,
+            };
+            let found = size(Some(start)).expect("a finding");
+            (found.verdict, confirms(&found))
+        };
+        assert_eq!(of(0.04), (Verdict::Ok, true));
+        assert_eq!(of(0.1), (Verdict::Ok, false));
+    }
 }

@@ -7,6 +7,7 @@
 
 use crate::check::recording::add;
 use crate::check::{Change, Channel, Finding, Readings};
+use robhaz_estimator::Sides;
 use robhaz_score::signals::{mean, median};
 
 /// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip
@@ -18,6 +19,10 @@ const PARTS: usize = 10;
 const LEAST_SAMPLES: usize = 50;
 
 pub const TEST: &str = "sign and counts";
+
+/// Speeds of a wheel over that of another in a turn: wheels that are steered, or in another track, of a rover that
+/// turns about a point three times as far away as its wheels.
+const OF_TURN: std::ops::Range<f64> = 0.7..1.4;
 
 /// Relative difference of a wheel's radius from that of the others that is no fault, -: twice what
 /// tyres and printed wheels err by.
@@ -41,12 +46,30 @@ pub fn findings(log: &Readings<'_>) -> [Finding; 3] {
         median(ratios(&spin)).is_some_and(is_right)
     };
     let sizes = sizes(log);
+    let may_turn = log.stated.settings.sides == Sides::OneOfTwo && !log.is_of_both;
     [0, 1, 2].map(|i| {
         let size = sizes.map(|sizes| sizes[i]);
-        encoder(i, &ratios(&recording.spin[i]), size, || {
-            (0..3).find(torque_turns)
-        })
+        let ratios = ratios(&recording.spin[i]);
+        let found = encoder(i, &ratios, size, || (0..3).find(torque_turns));
+        match median(ratios).is_some_and(|ratio| OF_TURN.contains(&ratio)) && may_turn {
+            true => unless_it_turns(found),
+            false => found,
+        }
     })
+}
+
+/// A fault of one side that a turn of the rover explains as well.
+fn unless_it_turns(finding: Finding) -> Finding {
+    let (true, Some(remedy)) = (finding.is_fault(), finding.remedy.clone()) else {
+        return finding;
+    };
+    let unchanged = Finding {
+        changes: Vec::new(),
+        ..finding
+    };
+    unchanged.cannot_tell(format!(
+        "{remedy}; or the rover turned, which one side does not show: record a drive straight on"
+    ))
 }
 
 /// By how much each wheel turns more than the middle one of the three beyond its slip, -, and the standard deviation;

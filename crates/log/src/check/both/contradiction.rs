@@ -18,7 +18,7 @@ use super::wiring::{Change, wired, wirings};
 use super::wirings::{LARGEST_MISFIT, roll_on_ground};
 use super::{STRAIGHT, across, of_start, roll, steering, torques};
 use crate::check::recording::{add, driving_speed, part_of_drive};
-use crate::check::{Finding, StatedBoth};
+use crate::check::{Finding, StatedBoth, start};
 use rayon::prelude::*;
 use robhaz_estimator::whole::{WholeEstimate, WholeFrame};
 use robhaz_estimator::{Confirmation, Flags};
@@ -260,6 +260,8 @@ struct Compared<'a> {
     own: Judged,
     /// Number of the independent samples.
     samples: f64,
+    /// Whether the start shows the size of the torques.
+    is_sized: bool,
 }
 
 impl<'a> Compared<'a> {
@@ -268,6 +270,7 @@ impl<'a> Compared<'a> {
         let own = Judged::of(&part, stated, &[], |_| false)?;
         Some(Self {
             samples: own.rolled / WholeEstimate::INDEPENDENT,
+            is_sized: of_start(frames, stated).iter().any(start::confirms),
             stated,
             part,
             own,
@@ -345,7 +348,7 @@ impl<'a> Compared<'a> {
     fn judged(&self, other: Change) -> Option<Judged> {
         let mut stated = *self.stated;
         let is_confirmed = match other {
-            Torques(_) => self.own.weight == Some(Confirmation::Confirmed),
+            Torques(_) => self.is_sized || self.own.weight == Some(Confirmation::Confirmed),
             Roll | Axes => self.follows() > BEYOND,
             _ => false,
         };
@@ -389,9 +392,9 @@ impl<'a> Compared<'a> {
             if matters && !Self::excludes(evidence) && noted != Some(what) {
                 noted = Some(what);
                 consistency.unconfirmed.push(format!(
-                    "{what}: {}, and the readings agree as well, with normal forces that differ by {:.0} %",
-                    other.words(coupling),
-                    100.0 * (square / all).sqrt()
+                    "{what}: with another one the readings agree as well, and normal forces differ by {:.0} %: {}",
+                    100.0 * (square / all).sqrt(),
+                    other.words(coupling)
                 ));
             }
         }

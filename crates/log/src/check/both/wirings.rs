@@ -33,6 +33,8 @@ pub(super) const LARGEST_MISFIT: f64 = 75.0;
 const LARGEST_NIS: f64 = 25.0;
 /// Sum over the least one up to which a case fits as well.
 const AS_WELL: f64 = 1.05;
+/// So many of those are named.
+const LISTED: usize = 3;
 /// Share of the frames from which on wheels are mostly dragged across.
 const MOSTLY: f64 = 0.3;
 /// Correlation that shows a sign.
@@ -328,6 +330,9 @@ pub fn findings(
         .with("at best", best, "-");
     let better = better(&others, own, follows, [zeroed, pitched]);
     let words = |wiring: &[Change]| words(wiring, stated.rover.coupling);
+    let fits_as_well = |(_, found): &&Judged| found.sum < own.sum * AS_WELL;
+    let mut as_well: Vec<&Judged> = others.iter().filter(fits_as_well).collect();
+    as_well.sort_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
     let finding = if is_dragged {
         finding.cannot_tell("wheels are dragged across, which no innovation allows for: drive straight on, over bumps")
@@ -342,8 +347,12 @@ pub fn findings(
             remedy += &format!("\nfits as well: {}", words(other));
         }
         finding.fault(remedy)
-    } else if others.iter().any(|(_, f)| f.sum < own.sum * AS_WELL) {
-        finding.cannot_tell("some exchanges of left and right fit as well: drive over bumps under one side; turn one wheel after the other by hand: its encoder and torque must change")
+    } else if let [_, ..] = &as_well[..] {
+        let mut remedy = "drive over bumps under one side, or turn one wheel after the other by hand: its encoder and torque must change".to_owned();
+        for (other, _) in as_well.iter().take(LISTED) {
+            remedy += &format!("\nfits as well: {}", words(other));
+        }
+        finding.cannot_tell(remedy)
     } else {
         finding
     };
