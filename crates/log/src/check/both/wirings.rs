@@ -2,6 +2,7 @@
 
 use super::frames::{Correlation, wheel_turns};
 use super::steering;
+use super::wiring::Change::Roll;
 use super::wiring::{Change, fits, is_of_axes, is_of_joints, wired, wirings, words};
 use crate::check::recording::{add, driving_spin, part_of_drive};
 use crate::check::{Finding, StatedBoth};
@@ -233,33 +234,40 @@ fn least<'a>(all: impl IntoIterator<Item = &'a Judged>) -> f64 {
     sums.fold(f64::INFINITY, f64::min)
 }
 
-/// The wirings that fit better than that of the log, `own`, and as well as the best of them. `follows`, `zeroed`, `pitched`: see
-/// [`findings`].
+/// The wirings that fit better than that of the log, `own`, and as well as the best of them; `None` where none fits
+/// better, and empty where one does with which a torque answers an encoder of the other side. `follows`, `zeroed`, `pitched`:
+/// see [`findings`].
 fn better<'a>(
     others: &'a [Judged],
     own: &Judgement,
     follows: [Option<bool>; 3],
     [zeroed, pitched]: [bool; 2],
-) -> Vec<&'a Judged> {
+) -> Option<Vec<&'a Judged>> {
     let is_better = |(wiring, found): &&Judged| {
         let joints = zeroed && is_of_joints(wiring);
-        found.is_better(own, joints)
+        let is_excluded = pitched && is_of_axes(wiring);
+        found.is_better(own, joints) && !is_excluded
     };
-    let mut better: Vec<&Judged> = others.iter().filter(is_better).collect();
-    better.retain(|(wiring, _)| !(pitched && is_of_axes(wiring)));
+    let is_found = |judged: &&Judged| fits(&judged.0, follows) && is_better(judged);
+    let mut better: Vec<&Judged> = others.iter().filter(is_found).collect();
+    if better.is_empty() {
+        others.iter().find(is_better)?;
+        // The encoder of a wheel alone changes the innovations most, and its torque with it is what is exchanged.
+        let may_be = |(wiring, found): &&Judged| {
+            let is_of_wheels = !is_of_joints(wiring) && !wiring.contains(&Roll);
+            fits(wiring, follows) && is_of_wheels && found.sum < BETTER * own.sum
+        };
+        better = others.iter().filter(may_be).collect();
+    }
     let best = least(better.iter().copied());
     better.retain(|(_, found)| found.sum <= AS_WELL * best);
-    // What the torques answer excludes some.
-    if better.iter().any(|(wiring, _)| fits(wiring, follows)) {
-        better.retain(|(wiring, _)| fits(wiring, follows));
-    }
     // With all of one side exchanged for the other the differential's sign fits as well, and the roll
     // does not.
     let follows_ground = |found: &Judgement| found.roll.value() > CORRELATED;
     if better.iter().any(|(_, found)| follows_ground(found)) {
         better.retain(|(_, found)| follows_ground(found));
     }
-    better
+    Some(better)
 }
 
 /// Of the exchanges that make each torque answer its own encoder the one that the estimator agrees with, where it agrees
@@ -329,6 +337,7 @@ pub fn findings(
         .with("as wired", own.sum, "-")
         .with("at best", best, "-");
     let better = better(&others, own, follows, [zeroed, pitched]);
+    let better = better.as_deref();
     let words = |wiring: &[Change]| words(wiring, stated.rover.coupling);
     let fits_as_well = |(_, found): &&Judged| found.sum < own.sum * AS_WELL;
     let mut as_well: Vec<&Judged> = others.iter().filter(fits_as_well).collect();
@@ -336,11 +345,13 @@ pub fn findings(
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
     let finding = if is_dragged {
         finding.cannot_tell("wheels are dragged across, which no innovation allows for: drive straight on, over bumps")
-    } else if is_upset && !better.is_empty() {
+    } else if is_upset && better.is_some() {
         finding.cannot_tell(
             "correct the faults of the sides first: with them no exchange is to be seen",
         )
-    } else if let [(first, judged), rest @ ..] = &better[..] {
+    } else if let Some([]) = better {
+        finding.fault("left and right of some channels are exchanged: turn one wheel after the other by hand: its encoder and torque must change")
+    } else if let Some([(first, judged), rest @ ..]) = better {
         (wiring, corrected) = (first, judged);
         let mut remedy = words(first);
         for (other, _) in rest {
@@ -419,7 +430,8 @@ mod tests {
         };
         let others = [case(Change::Axes), case(Change::Turned(1.0))];
         let found = |others: &[Judged], pitched: bool| {
-            better(others, &own, [None; 3], [true, pitched]).len()
+            let found = better(others, &own, [None; 3], [true, pitched]);
+            found.map_or(0, |found| found.len())
         };
         assert_eq!((found(&others, false), found(&others, true)), (2, 0));
         assert_eq!(found(&[case(Change::Pins)], true), 1);
