@@ -417,7 +417,7 @@ fn a_dry_run_lists_the_runs() {
     let words = [
         "run 0: drive.speed=0.1 drive.kp=2 drive.ki=0 seed=0 robot.mass.body=",
         "... and 480 more",
-        "500 runs of 0.04 s; 100 simulated, the others observe one of these.",
+        "500 runs of 0.04 s; at least 100 simulated, the others observe one of these.",
     ];
     assert!(words.iter().all(|w| said.contains(w)), "{said}");
     let quiet = ["-q", "study", "study.toml", "--dry-run"];

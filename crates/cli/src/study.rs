@@ -225,7 +225,8 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
     };
     let truths = study.plan.truths().min(count);
     let shared = match truths < count {
-        true => format!("{truths} simulated, the others observe one of these"),
+        // Those of another drive may have more: where the control takes readings, seeds count.
+        true => format!("at least {truths} simulated, the others observe one of these"),
         false => "each simulated".to_owned(),
     };
     lines.push(format!("{count} runs of {each}; {shared}."));
