@@ -442,11 +442,13 @@ fn runs_that_differ_in_sensors_alone_share_their_truth() {
         let dir = study(&format!("{set}{axes}"));
         succeed(dir.path(), &["study", "study.toml", "--dry-run"])
     };
-    assert!(plan(&seen, "").contains("48 runs of 0.04 s; 1 simulated"));
+    assert!(plan(&seen, "").contains("48 runs of 0.04 s; at least 1 simulated"));
     let speeds = axis("drive.speed", "[0.1, 0.2]");
-    assert!(plan(&(seen.clone() + &speeds), "").contains("96 runs of 0.04 s; 2 simulated"));
+    assert!(
+        plan(&(seen.clone() + &speeds), "").contains("96 runs of 0.04 s; at least 2 simulated")
+    );
     let rates = axis("sensors.rate", "[1000, 2000]");
-    assert!(plan(&(seen + &rates), "").contains("96 runs of 0.04 s; 2 simulated"));
+    assert!(plan(&(seen + &rates), "").contains("96 runs of 0.04 s; at least 2 simulated"));
     let closed = "set = [\"drive.kind=shared\", \"drive.estimator=kalman\"]\n";
     let said = plan(&axis("seed", "[1, 2, 3]"), closed);
     assert!(said.contains("3 runs of 0.04 s; each simulated."), "{said}");

@@ -92,7 +92,8 @@ impl Diagnostic for Problem {
 /// `Display` gives the first problem and the number of others; [`FileError::problems`] are those
 /// that are shown. As a [`Diagnostic`] it shows the place of the first problem, and the others as
 /// related diagnostics.
-#[derive(Debug)]
+///
+/// `Debug`, which a `main` that returns it prints, has all of them as text.
 pub struct FileError {
     /// The problems that are shown: file by file in the order of their lines, those of overrides
     /// last. Of more than 20, the first 20 and a last one with the number of the others.
@@ -130,6 +131,13 @@ impl fmt::Display for FileError {
             2 => f.write_str(" (and 1 more problem)"),
             n => write!(f, " (and {} more problems)", n - 1),
         }
+    }
+}
+
+impl fmt::Debug for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let problems: Vec<String> = self.problems.iter().map(Problem::to_string).collect();
+        f.write_str(&problems.join("\n"))
     }
 }
 

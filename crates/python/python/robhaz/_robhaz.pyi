@@ -173,7 +173,7 @@ class Estimator:
 
         `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `kalman`) or an estimator that `sensors` lists.
         `sensors` states the noise budget, the damping and whether the readings are of one side of two, the default, or of
-        a robot in the plane (`sides`, docs/logs.md); its columns have no effect here. Without
+        a robot in the plane (`sides`, docs/logs.md); its columns have no effect here: leave `[reading]`, `missing` and `[[channel]]` out. Without
         `robot` it is robot A. A robot whose errors neither file states (`body_cg`, `link_masses`, `load_covariance`) counts
         as people build them: masses to 3 %, centres of mass to 5 mm, pins to 1 mm; a warning says so. With `contact_angles="none"` the estimator finds the contact angles itself.
 

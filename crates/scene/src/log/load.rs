@@ -64,7 +64,7 @@ keys! {
 keys! {
     DRIVE: LogChoice;
 
-    /// nominal damping B of the wheel module, at the wheel
+    /// nominal damping B of the wheel module, at the wheel; unless stated that of robot A for a robot of this weight and size
     viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => viscous_damping;
 
     /// efficiency of the gears, of torques that are read before them (the motor's times the gear ratio):
@@ -156,7 +156,7 @@ keys! {
     /// correlation time of that error; 0 for white noise
     contact_angle_time: number(TIME, at_least(0.0).at_most(1e6)) => budget.contact_angle_time;
 
-    /// error of the position of the body's nominal centre of mass
+    /// error of the position of the body's nominal centre of mass; unless this, link_masses or load_covariance is stated, the robot counts as built to usual tolerances
     body_cg: number(LENGTH, at_least(0.0).at_most(1.0)) => budget.body_cg;
 
     /// relative error of the masses of links 1 to 3
