@@ -51,8 +51,13 @@ def simulate(case: str, seeds: list[str], folder: Path, draw: bool) -> None:
     """Writes truth and logs, unless they are there."""
     seeds = [seed for seed in seeds if not (folder / f"{case}-log-{seed}.csv").exists()]
     if seeds:
-        options = ["--case", case, "--seed", *seeds, "--out", folder, *(["--draw"] if draw else [])]
+        # One that breaks off leaves no log that looks whole.
+        new = folder / f"new-{case}"
+        options = ["--case", case, "--seed", *seeds, "--out", new, *(["--draw"] if draw else [])]
         subprocess.run([sys.executable, HERE / "simulate_rover.py", *options], check=True)
+        for file in new.iterdir():
+            file.replace(folder / file.name)
+        new.rmdir()
 
 
 def estimate(command: Path, folder: Path, robot: Path, case: str, seed: str) -> dict:

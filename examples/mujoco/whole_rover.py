@@ -66,9 +66,10 @@ class Build:
 
 
 def drawn(robot: Robot, across: Across, seed: int) -> Build:
-    """A rover as people build one: parts weighed to 3 %, the whole of it to 1 %; of robot A, in proportion to the
-    wheels, centres of mass to 5 mm, pins to 1 mm; rolling radii to 0.5 %; axles to 0.3 deg; gears and ground that the
-    budget of typical sensors allows (`NoiseBudget::typical_for`)."""
+    """A rover as people build one: masses of parts to 3 %, of the whole to 1 %; centres of mass to 5 mm and pins to 1 mm
+    for wheels as large as robot A's, otherwise in proportion; rolling radii to 0.5 %; axles to 0.3 deg; gears and ground
+    that the budget of typical sensors allows (`NoiseBudget::typical_for`). The body is the mean of two such parts, one a
+    side."""
     random = np.random.default_rng(seed)
     normal, unit = random.standard_normal, robot.units
 
@@ -90,7 +91,7 @@ def drawn(robot: Robot, across: Across, seed: int) -> Build:
     across = replace(
         across,
         pivot=tuple(point(np.array(across.pivot), 0.001)),
-        body_place=point(np.array([across.body_place]), 0.005)[0],
+        body_place=across.body_place + 0.005 * unit.length * math.sqrt(0.5) * normal(2)[0],
     )
     axles = 0.3 * math.pi / 180
     return Build(

@@ -269,7 +269,7 @@ fn rows_of_a_burst_count_at_even_times() {
     let checked = check(folder);
     let [printed, warned] = [&checked.stdout, &checked.stderr].map(|of| text(of));
     assert!(checked.status.success(), "{printed}");
-    assert!(warned.contains("in bursts, of 5.0 in the mean"), "{warned}");
+    assert!(warned.contains("in bursts of 5.0 in the mean"), "{warned}");
     assert!(!printed.contains("gap(s)"), "{printed}");
     estimate(folder);
     let error = largest_error(folder);

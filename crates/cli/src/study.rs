@@ -225,7 +225,7 @@ fn dry_run(study: &Study, shard: Shard) -> Result<()> {
     };
     let truths = study.plan.truths().min(count);
     let shared = match truths < count {
-        // Those of another drive may have more: where the control takes readings, seeds count.
+        // A drive that takes readings differs for each seed.
         true => format!("at least {truths} simulated, the others observe one of these"),
         false => "each simulated".to_owned(),
     };

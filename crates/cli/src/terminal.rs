@@ -17,8 +17,8 @@ pub struct Output {
     /// Prints the result as one JSON document on standard output in place of texts.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Tells on standard error what the command does; -vv also each file and each run. `check` also lists
-    /// what is right.
+    /// Tells on standard error what the command does; -vv also each file and each run. `check`
+    /// lists what is right, too, on standard output.
     #[arg(long, short, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }

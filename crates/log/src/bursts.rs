@@ -1,94 +1,115 @@
-//! Rows that come in bursts, as over USB or from a buffer: their stamps are those of their arrival.
+//! Rows that come in bursts, as from a buffer or over USB: their stamps are those of their arrival.
 
 use crate::Channel;
 use crate::order::GAP;
-use crate::survey::{count_gaps, period};
-use robhaz_score::signals::smooth;
+use crate::survey::count_gaps;
+use robhaz_score::signals::{median, smooth};
 
 /// Step over the mean one up to which a row comes in one burst with the row before.
 const TOGETHER: f64 = 0.5;
+/// The same of the usual step within bursts: stamps that only err are further apart.
+const AT_ONCE: f64 = 0.2;
+/// Fewest instants of a burst in the mean, and fewest bursts.
+const LEAST: f64 = 1.9;
+const LEAST_BURSTS: usize = 10;
+/// Rows over which the mean step is taken, so that gaps do not count.
+const MANY: usize = 200;
+/// Least time between two rows, s, twice what estimators refuse.
+const APART: f64 = 1e-6;
 
 /// Spreads the rows of each burst evenly over the time since the burst before, and says so: the last one of a burst
 /// came as it was read, the others had to wait. Of the first burst, whose others are older than the log, the last
 /// counts.
 pub fn spread(channel: &mut Channel) -> Option<String> {
-    let (even, true) = period(&channel.times)? else {
-        return None;
-    };
-    let instants = instants(channel, even);
-    let count = instants.last()?.instant + 1;
-    // Rows of several topics that are close in time.
-    if count == instants.last()?.burst + 1 {
+    if channel.truth.is_some() {
         return None;
     }
-    let mut bursts: Vec<Burst> = Vec::new();
-    for (row, time) in instants.iter().zip(&channel.times) {
-        bursts.resize_with(row.burst + 1, || Burst {
-            first: row.instant,
-            ..Burst::default()
-        });
-        let burst = &mut bursts[row.burst];
-        burst.last = row.instant;
-        if row.is_first {
-            burst.arrival = *time;
-        }
+    let many = MANY.min(channel.times.len().saturating_sub(1)).max(1);
+    let steps = channel.times.windows(many + 1);
+    // A count of rows.
+    let step = median(steps.map(|w| (w[many] - w[0]) / many as f64).collect())?;
+    let instants = instants(channel, step);
+    let bursts = bursts(&instants, &channel.times);
+    let (count, first) = (instants.last()?.instant + 1, bursts.first()?.last);
+    // Counts of instants.
+    let mean = count as f64 / bursts.len() as f64;
+    let period = period(&bursts)?;
+    let within = channel.times.windows(2).map(|w| w[1] - w[0]);
+    let within = median(within.filter(|w| *w <= TOGETHER * step).collect())?;
+    if bursts.len() < LEAST_BURSTS || mean < LEAST || within > AT_ONCE * period {
+        return None;
     }
-    let at = |row: &Instant| {
-        let burst = &bursts[row.burst];
-        let before = row
-            .burst
-            .checked_sub(1)
-            .map(|before| bursts[before].arrival);
-        // Counts of instants.
-        let (rows, behind) = (burst.last + 1 - burst.first, burst.last - row.instant);
-        let step = before.map(|before| (burst.arrival - before) / rows as f64);
-        // A longer one is a gap.
-        let step = step.filter(|step| *step < GAP * even).unwrap_or(even);
-        burst.arrival - step * behind as f64
-    };
-    let old = bursts[0].last;
-    let kept = |row: &&Instant| row.instant >= old;
-    let first = instants.iter().filter(|row| row.instant < old).count();
-    let mut times: Vec<f64> = instants.iter().filter(kept).map(at).collect();
-    smooth_clock(&mut times, even);
+    let mut clock: Vec<f64> = (first..count)
+        .map(|k| time_of(k, &bursts, period))
+        .collect();
+    smooth_clock(&mut clock, period);
+    let old = instants.iter().filter(|row| row.instant < first).count();
+    let kept = instants.iter().filter(|row| row.instant >= first);
+    let mut times: Vec<f64> = kept.map(|row| clock[row.instant - first]).collect();
     // Rows of one instant keep their order.
     for k in 1..times.len() {
-        times[k] = times[k].max(times[k - 1] + 1e-6);
+        times[k] = times[k].max(times[k - 1] + APART);
     }
-    // The first frame is that of the stamps.
-    times[0] = channel.times[0];
     let columns = channel.cells.len() / channel.times.len();
-    channel.cells.drain(..first * columns);
+    channel.cells.drain(..old * columns);
     channel.times = times;
-    channel.report.before_start += first as u64;
-    count_gaps(&channel.times, &mut channel.report);
+    let report = &mut channel.report;
+    report.before_start += old as u64;
+    report.period = period;
+    count_gaps(&channel.times, report);
     Some(format!(
-        "{}: rows come in bursts, of {:.1} in the mean, with the stamps of their arrival: they count at even times since the burst before, {:.1} ms apart",
+        "{}: rows come in bursts of {mean:.1} in the mean, with the stamps of their arrival: the rows of each burst are spread evenly over the time since the burst before, {:.1} ms apart",
         channel.name,
-        count as f64 / bursts.len() as f64,
-        1e3 * even,
+        1e3 * period,
     ))
 }
 
-/// Evens out how late the bursts arrived: what the times differ by from an even clock, averaged between gaps.
-fn smooth_clock(times: &mut [f64], even: f64) {
-    /// Time over which it is averaged, s: clocks drift within minutes.
-    const TIME: f64 = 1.0;
-    // A count of rows.
-    let half = (0.5 * TIME / even) as usize;
-    for part in times.chunk_by_mut(|a, b| b - a < GAP * even) {
-        let clock = |k: usize| even * k as f64;
-        let late: Vec<f64> = part.iter().enumerate().map(|(k, t)| t - clock(k)).collect();
-        let end = |late: Option<&f64>| vec![late.copied().unwrap_or(0.0); half];
-        let padded = [end(late.first()), late.clone(), end(late.last())].concat();
-        let mean = smooth(&padded, half);
-        for (k, (time, late)) in part.iter_mut().zip(&mean[half..]).enumerate() {
-            *time = late + clock(k);
-        }
-    }
+/// Which burst and which instant a row is of.
+#[derive(Clone, Copy)]
+struct Row {
+    burst: usize,
+    instant: usize,
 }
 
-/// A burst: its first and last instant, and when the last one came, s.
+/// Of each row; `step` is the mean time between rows, s. Topics that are close in time are of one instant: a row with
+/// cells that its other rows lack, or whose changed cells none of them has changed.
+fn instants(channel: &Channel, step: f64) -> Vec<Row> {
+    let columns = channel.columns.len();
+    // What the cells of the instant have, what of it is new, and the last values.
+    let (mut there, mut changed) = (vec![false; columns], vec![false; columns]);
+    let mut last = vec![f64::NAN; columns];
+    let mut now = Row {
+        burst: 0,
+        instant: 0,
+    };
+    let mut before: Option<f64> = None;
+    let of_row = |(row, time): (&[f64], &f64)| {
+        let is_behind = before.is_some_and(|before| time - before <= TOGETHER * step);
+        let cell = |k: usize| row.get(k).copied().filter(|cell| !cell.is_nan());
+        let is_new = |k: usize| cell(k).is_some_and(|cell| cell.to_bits() != last[k].to_bits());
+        let adds = (0..columns).any(|k| cell(k).is_some() && !there[k]);
+        let changes = (0..columns).any(&is_new);
+        let is_apart = changes && !(0..columns).any(|k| is_new(k) && changed[k]);
+        let is_first = !(is_behind && (adds || is_apart));
+        if before.is_some() {
+            now.burst += usize::from(!is_behind);
+            now.instant += usize::from(is_first);
+        }
+        for k in 0..columns {
+            let (was, had) = (changed[k] && !is_first, there[k] && !is_first);
+            changed[k] = was || is_new(k);
+            there[k] = had || cell(k).is_some();
+        }
+        for (last, cell) in last.iter_mut().zip((0..columns).map(cell)) {
+            *last = cell.unwrap_or(*last);
+        }
+        before = Some(*time);
+        now
+    };
+    channel.rows().zip(&channel.times).map(of_row).collect()
+}
+
+/// A burst: its first and last instant, and when its last row came, s.
 #[derive(Clone, Copy, Default)]
 struct Burst {
     first: usize,
@@ -96,40 +117,189 @@ struct Burst {
     arrival: f64,
 }
 
-/// Which burst and which instant a row is of, and whether it is the first of the instant.
-struct Instant {
-    burst: usize,
-    instant: usize,
-    is_first: bool,
+impl Burst {
+    /// A count of instants.
+    fn count(&self) -> f64 {
+        (self.last + 1 - self.first) as f64
+    }
 }
 
-/// Of each row. Rows with cells that all others of an instant lack are of it: of another topic.
-fn instants(channel: &Channel, even: f64) -> Vec<Instant> {
-    let mut known: Vec<bool> = Vec::new();
-    let (mut burst, mut instant) = (0, 0);
-    let mut last: Option<f64> = None;
-    let of_row = |(row, time): (&[f64], &f64)| {
-        let is_behind = last.is_some_and(|last| time - last <= TOGETHER * even);
-        let is_there: Vec<bool> = row.iter().map(|cell| !cell.is_nan()).collect();
-        let adds = |(is, was): (&bool, &bool)| *is && !*was;
-        let is_first = !(is_behind && is_there.iter().zip(&known).any(adds));
-        if last.is_some() {
-            burst += usize::from(!is_behind);
-            instant += usize::from(is_first);
+/// The bursts, in order of time.
+fn bursts(rows: &[Row], times: &[f64]) -> Vec<Burst> {
+    let mut bursts: Vec<Burst> = Vec::new();
+    for (row, time) in rows.iter().zip(times) {
+        if bursts.len() <= row.burst {
+            bursts.push(Burst {
+                first: row.instant,
+                ..Burst::default()
+            });
         }
-        last = Some(*time);
-        match is_first {
-            true => known = is_there,
-            false => known
-                .iter_mut()
-                .zip(is_there)
-                .for_each(|(was, is)| *was |= is),
+        if let Some(burst) = bursts.last_mut() {
+            (burst.last, burst.arrival) = (row.instant, *time);
         }
-        Instant {
-            burst,
-            instant,
-            is_first,
-        }
+    }
+    bursts
+}
+
+/// Time from one instant to the next, s: that from burst to burst over the instants of the later one, without the
+/// gaps. `None` of a single burst.
+fn period(bursts: &[Burst]) -> Option<f64> {
+    let since = |w: &[Burst]| w[1].arrival - w[0].arrival;
+    let steps = || bursts.windows(2).map(|w| since(w) / w[1].count());
+    let usual = median(steps().collect())?;
+    let whole = bursts.windows(2).zip(steps());
+    let whole = whole.filter(|(_, step)| *step < GAP * usual);
+    let sums = whole.map(|(w, _)| (since(w), w[1].count()));
+    let (time, count) = sums.fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+    (count > 0.0).then(|| time / count)
+}
+
+/// Time of an instant, s.
+fn time_of(instant: usize, bursts: &[Burst], period: f64) -> f64 {
+    let at = bursts.partition_point(|burst| burst.last < instant);
+    let Some(burst) = bursts.get(at) else {
+        return f64::NAN;
     };
-    channel.rows().zip(&channel.times).map(of_row).collect()
+    let before = at.checked_sub(1).and_then(|before| bursts.get(before));
+    let step = before.map(|before| (burst.arrival - before.arrival) / burst.count());
+    // A longer one is a gap.
+    let step = step.filter(|step| *step < GAP * period).unwrap_or(period);
+    // A count of instants.
+    burst.arrival - step * (burst.last - instant) as f64
+}
+
+/// Evens out how late the bursts arrived: what the times differ by from an even clock, averaged between gaps, and
+/// mirrored at their ends.
+fn smooth_clock(times: &mut [f64], period: f64) {
+    /// Time over which it is averaged, s: clocks drift within minutes.
+    const TIME: f64 = 1.0;
+    for part in times.chunk_by_mut(|a, b| b - a < GAP * period) {
+        // A count of instants.
+        let half = ((0.5 * TIME / period) as usize).min(part.len() - 1);
+        let clock = |k: usize| period * k as f64;
+        let late: Vec<f64> = part.iter().enumerate().map(|(k, t)| t - clock(k)).collect();
+        let end = late.len() - 1;
+        let before = (1..=half).rev().map(|k| 2.0 * late[0] - late[k]);
+        let behind = (1..=half).map(|k| 2.0 * late[end] - late[end - k]);
+        let padded: Vec<f64> = before.chain(late.iter().copied()).chain(behind).collect();
+        let mean = smooth(&padded, half);
+        for (k, (time, late)) in part.iter_mut().zip(&mean[half..]).enumerate() {
+            *time = late + clock(k);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::channel::Rows;
+    use crate::mcap_events::Clock;
+    use robhaz_run::ChannelReport;
+    use std::path::Path;
+
+    /// A table with these times, s, and cells.
+    fn table(times: &[f64], cells: Vec<Vec<f64>>) -> Channel {
+        let columns = cells.first().map_or(1, Vec::len);
+        let rows = Rows::Topic(String::new(), Clock::Log);
+        Channel {
+            columns: (0..columns).map(|k| k.to_string()).collect(),
+            times: times.to_vec(),
+            cells: cells.concat(),
+            report: ChannelReport::default(),
+            ..Channel::new("log".to_owned(), Path::new("log.csv"), rows)
+        }
+    }
+
+    /// Rows of 10 ms whose stamps are those of bursts of `size`, late by up to `late`, s; each burst with its rows
+    /// 0.1 ms apart.
+    fn in_bursts(rows: usize, size: usize, late: f64) -> Vec<f64> {
+        let last = |k: usize| (k - k % size + size - 1).min(rows - 1);
+        // A count of rows.
+        let of = |k: usize| {
+            let by = late * ((last(k) / size * 7 + 3) % 5) as f64 / 4.0;
+            1e-2 * last(k) as f64 + by + 1e-4 * (k % size) as f64
+        };
+        (0..rows).map(of).collect()
+    }
+
+    /// Bursts of any size have the times of their rows: within the mean lateness and what half a second averages of
+    /// the rest, and in order. Of the first burst the last row is left.
+    #[test]
+    fn bursts_of_any_size_are_spread() {
+        for size in [2, 3, 5, 8, 12, 25, 40, 50] {
+            for late in [0.0, 4e-3] {
+                let times = in_bursts(2000, size, late);
+                let cells = (0..2000).map(|k| vec![f64::from(k)]).collect();
+                let mut channel = table(&times, cells);
+                let said = spread(&mut channel);
+                assert!(said.is_some(), "{size}");
+                assert!(
+                    (channel.report.period - 1e-2).abs() < 2e-5,
+                    "{size}: {:?}",
+                    channel.report
+                );
+                assert_eq!(channel.report.before_start, size as u64 - 1);
+                assert_eq!(channel.times.len(), 2001 - size);
+                assert!(channel.times.windows(2).all(|w| w[1] > w[0]));
+                for (row, time) in channel.rows().zip(&channel.times) {
+                    // The last row of a burst comes some time after its first one.
+                    let [error, behind] = [time - 1e-2 * row[0], 1e-4 * (size - 1) as f64];
+                    let allowed = behind - 1e-3..behind + late + 1e-3;
+                    assert!(allowed.contains(&error), "{size}, {}: {error}", row[0]);
+                }
+                assert_eq!(channel.report.gaps, 0, "{size}");
+            }
+        }
+    }
+
+    /// A gap of half a second stays one, and no row moves into it.
+    #[test]
+    fn a_gap_between_bursts_stays() {
+        let mut times = in_bursts(1000, 5, 0.0);
+        for time in &mut times[500..] {
+            *time += 0.5;
+        }
+        let cells = (0..1000).map(|k| vec![f64::from(k)]).collect();
+        let mut channel = table(&times, cells);
+        assert!(spread(&mut channel).is_some());
+        assert_eq!(channel.report.gaps, 1);
+        let longest = channel.report.longest_gap.expect("a gap");
+        assert!((longest - 0.51).abs() < 1e-3, "{longest}");
+    }
+
+    /// Rows of two topics, 1 ms apart every 20 ms, are no bursts: with empty cells, and filled with the last values.
+    #[test]
+    fn topics_that_are_close_in_time_are_no_bursts() {
+        let times: Vec<f64> = (0..1000)
+            .map(|k| 0.02 * f64::from(k / 2) + 1e-3 * f64::from(k % 2))
+            .collect();
+        for filled in [false, true] {
+            let row = |k: u32| {
+                let (one, other) = (f64::from(k / 2), f64::from(k.saturating_sub(1) / 2));
+                match (filled, k % 2) {
+                    (false, 0) => vec![one, f64::NAN],
+                    (false, _) => vec![f64::NAN, one],
+                    (true, _) => vec![one, other],
+                }
+            };
+            let mut channel = table(&times, (0..1000).map(row).collect());
+            assert!(spread(&mut channel).is_none(), "{filled}");
+            assert_eq!(channel.times, times);
+        }
+    }
+
+    /// Even rows, rows with jitter, and logs of one row or none are left as they are.
+    #[test]
+    fn other_logs_are_left() {
+        let even: Vec<f64> = (0..500).map(|k| 1e-2 * f64::from(k)).collect();
+        let jitter: Vec<f64> = (0..500)
+            .map(|k| 1e-2 * f64::from(k) + 4e-3 * f64::from(k * 7 % 5) / 4.0)
+            .collect();
+        for times in [even, jitter, vec![0.0], Vec::new()] {
+            let cells = (0..times.len()).map(|k| vec![k as f64]).collect();
+            let mut channel = table(&times, cells);
+            assert!(spread(&mut channel).is_none());
+            assert_eq!(channel.times, times);
+        }
+    }
 }

@@ -44,7 +44,10 @@ impl TableFormat {
         if let Some(advice) = bag::advice(path) {
             return LogError::whole(path, advice);
         }
-        if path.extension().is_some_and(|ending| ending == "toml") {
+        if path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+        {
             let message = "is a description, allowed: a log; `robhaz run` runs a scene, `robhaz verify` checks it and its robot";
             return LogError::whole(path, message);
         }

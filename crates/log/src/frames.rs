@@ -313,7 +313,7 @@ impl Source for Frames {
         let report = |(channel, taken): (&Channel, &TakenOfChannel)| ChannelReport {
             // A count of rows.
             age: taken.age / taken.ages.max(1) as f64,
-            before_start: taken.before_start,
+            before_start: channel.report.before_start + taken.before_start,
             superseded: taken.superseded,
             ..channel.report.clone()
         };

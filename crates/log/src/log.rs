@@ -170,8 +170,8 @@ fn channels(place: &LogPlace) -> Result<Vec<Channel>, LogError> {
     }
 }
 
-/// Makes the rows readings: bursts are spread, angles that start anew go on, speeds are integrated, repeated values left out. Returns
-/// what the user should know.
+/// Makes the rows readings: angles that start anew go on, bursts are spread, repeated values left out, speeds integrated.
+/// Returns what the user should know.
 fn mend(
     all: &mut Vec<Channel>,
     choice: &mut LogChoice,

@@ -89,6 +89,8 @@ pub struct WholeEstimator {
     yaw: Yaw,
     /// The last readings, rad.
     steering: [f64; 6],
+    /// Whether the steering of each wheel has been read.
+    steered: [bool; 6],
     /// Which of [`READINGS`] there have been.
     known: [bool; READINGS.len()],
     /// Velocities of both sides' Q, m/s, as of the last frame.
@@ -190,6 +192,7 @@ impl WholeEstimator {
             roll: LinkAngleKalman::new(&door::budget_in(&units, &settings.budget)),
             yaw: Yaw::new(&settings.budget),
             steering: [0.0; 6],
+            steered: [false; 6],
             known: [false; READINGS.len()],
             velocity: [Vec2::zeros(); 2],
             sliding: Sliding::default(),
@@ -358,7 +361,8 @@ impl WholeEstimator {
     > {
         let rover = &self.rover;
         let coupled = self.readings.coupled();
-        let inputs = SideInputs::new(rover, states, coupled, self.steering, roll[0])?;
+        let mut inputs = SideInputs::new(rover, states, coupled, self.steering, roll[0])?;
+        inputs.steered = self.steered;
         let posture = WholePosture::new(rover, &inputs.joints)?;
         let yaw = [self.yaw.rate, self.yaw.acceleration];
         let motion = inputs.motion(rover, &posture, roll, yaw);

@@ -31,6 +31,8 @@ pub(super) struct SideInputs<'a> {
     /// Standard deviation of the angles of the bogies, rad.
     pub bogie_sigma: [f64; 2],
     pub joints: Joints,
+    /// Whether each wheel is steered.
+    pub steered: [bool; 6],
     /// [`Joints::inclinations`], rad.
     along_wheels: [f64; 6],
     coupling: JointMotion,
@@ -103,6 +105,7 @@ impl<'a> SideInputs<'a> {
             inclination_sigma: 0.5 * (of_rockers[0] + of_rockers[1]),
             bogie_sigma: of_bogies,
             joints,
+            steered: [false; 6],
             coupling,
             pins: pins.map(motion),
             pitch: JointMotion {
@@ -281,9 +284,9 @@ pub(super) fn level_loads(rover: &WholeRover) -> Result<[f64; 6], WholeError> {
     Ok(equations.solve(&[0.0; 6], &exact)?.normal)
 }
 
-/// Adds to the covariance of N what the load parameters of both sides err by. They are those of one
-/// side: of two their errors are independent, but that the mass of the whole is as uncertain as that of a side. Across,
-/// the centre of mass is known as well as along.
+/// Adds to the covariance of N what the load parameters of both sides err by. The covariance is that of one side. The
+/// errors of both sides count as independent, except that the rover's total mass has the same relative error as a
+/// side's; across, the centre of mass is known as well as along.
 fn consider_loads(
     rover: &WholeRover,
     posture: &WholePosture,
@@ -358,9 +361,8 @@ pub(super) fn consider(
             forces.consider(&equations.of_load(link, at, force, Vec3::zeros()));
         }
     }
-    for (column, angle) in equations.h_a.iter().zip(inputs.joints.steering) {
-        // An angle that is read is never exactly that of a wheel without steering.
-        if angle != 0.0 {
+    for (column, is_steered) in equations.h_a.iter().zip(inputs.steered) {
+        if is_steered {
             forces.consider(&(column * (STEERED * equations.mean_load)));
         }
     }

@@ -58,8 +58,8 @@ pub struct Level {
     resisted: f64,
     /// Largest such part that gears and ground have, by two deviations of the budget.
     usual: f64,
-    /// What the torques push a side with over its weight, beyond rise, budget and four deviations, -: the other side
-    /// pushes it, as in a skid turn; `None` where they do not.
+    /// Push by the torques that the slope does not need, over the side's weight, -: the other side holds it, as in a skid
+    /// turn; `None` within budget and four deviations.
     pushed: Option<f64>,
     /// Slope of the ground before the first motion, as the inclinometers show it, rad; `None` without a rest.
     at_rest: Option<f64>,
@@ -134,14 +134,15 @@ impl Level {
         }
     }
 
-    /// What the torques push a side with over its weight that the other side holds, -; `None` where they do not.
+    /// Push by the torques that the slope does not need, over the side's weight, -; `None` where there is none.
     pub fn pushed(&self) -> Option<f64> {
         self.pushed
     }
 
     /// Roll before the first motion, rad, and whether it is one of the ground; `None` without a rest.
     pub fn roll_at_rest(&self) -> Option<(f64, bool)> {
-        self.roll_at_rest.map(|roll| (roll, self.is_slope(roll)))
+        let known = self.roll_at_rest.filter(|roll| roll.abs() <= STEEPEST);
+        known.map(|roll| (roll, self.is_slope(roll)))
     }
 
     /// Of a robot with one such side, or of a rover with two.
@@ -326,8 +327,7 @@ fn hold<const N: usize>(held: &mut [Option<f64>; N], read: [Option<f64>; N]) -> 
     known.then(|| held.map(Option::unwrap_or_default))
 }
 
-/// Means and numbers of what a robot shows that stands, slope and roll with their times, before it starts: of all where it
-/// starts with the log.
+/// Mean and count of slope and roll while the robot stands, up to `until`, s; of all samples if none is earlier.
 fn at_rest(stood: &[(f64, [Option<f64>; 2])], until: f64) -> [(f64, f64); 2] {
     let before = stood.partition_point(|(time, _)| *time < until);
     let stood = if before > 0 { &stood[..before] } else { stood };

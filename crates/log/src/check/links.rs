@@ -413,7 +413,13 @@ fn speed_of_q(log: &Readings<'_>, width: usize) -> Vec<f64> {
     let height = on_link.iter().map(|i| geometry.axles[*i].y).sum::<f64>() / 2.0;
     let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
     let speed = |k: usize| {
+        // A wheel of the other link turns against another rate. Where one of the two is missing, it serves as well.
         let spin = on_link.iter().map(|i| recording.spin[*i][k]).sum::<f64>() / 2.0;
+        let spin = if spin.is_finite() {
+            spin
+        } else {
+            recording.middle_spin[k]
+        };
         (radius * (spin - rate[k]) - arm * rate[k]) * inclination[k].cos()
     };
     (0..rate.len()).map(speed).collect()
@@ -431,7 +437,8 @@ fn delay_of(log: &Readings<'_>, changes: &Changes, k: usize) -> Finding {
     let [gyro, inclinometer] = changes.channels[k];
     let channel = format!("{inclinometer} after {gyro}");
     let (inclination, rate) = (&changes.inclination[k], &changes.rate[k]);
-    // Creep in proportion to the slope: its acceleration is a part of the rate.
+    // Wheels creep in proportion to the slope: while the link turns, the robot accelerates in proportion to the rate, which
+    // the inclinometer shows.
     let robot = log.stated.robot;
     let of_creep = CREEP * Units::of(robot).speed() / robot.gravity;
     let errors = (of_creep * rms(rate) / rms(inclination)).powi(2);

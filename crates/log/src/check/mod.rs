@@ -88,6 +88,14 @@ use self::recording::LARGEST_TURN;
 use robhaz_estimator::{EstimatorSettings, PAIRINGS, SensorFrame, Sides};
 use robhaz_model::Robot;
 
+/// Tests of one side that know no push of the other one, as in a skid turn. Of the delays only that of the torques.
+const OF_PUSHED: [(&str, Option<&str>); 4] = [
+    (delay::TEST, Some(drive::LATE)),
+    (drive::PAIRING, None),
+    (wirings::TEST, None),
+    (agreement::TEST, None),
+];
+
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     check_side(frames, stated, false, &[])
@@ -128,7 +136,9 @@ fn check_side(
         pushed: None,
     };
     if log.has_other_side() && !is_of_both {
-        log.pushed = Level::of_side(&log.frames, stated.robot, &stated.settings).pushed();
+        let level = Level::of_side(&log.frames, stated.robot, &stated.settings);
+        let tests = &OF_PUSHED;
+        log.pushed = level.pushed().map(|push| readings::Pushed { push, tests });
     }
     log.take(of_jumps);
     if let Some(speeds) = speeds::finding(&log.frames, &stated) {
@@ -242,10 +252,9 @@ impl Readings<'_> {
         let distance = ground::distance(self);
         // Links and body follow the ground of the other side, too.
         self.take([match self.has_other_side() && distance.is_fault() {
-            true => {
-                let remedy = distance.remedy.clone().unwrap_or_default();
-                distance.cannot_tell(format!("{remedy}; or the other side passed other ground: measure a way, distance over turns of the wheels"))
-            }
+            true => distance.unless(
+                "the other side passed other ground: measure a way, distance over turns of the wheels",
+            ),
             false => distance,
         }]);
         self.take([level(self)]);

@@ -1,7 +1,7 @@
 //! The readings of a log, and what was found so far.
 
 use crate::check::clock::Clock;
-use crate::check::{Finding, Recording, Stated, agreement, delay, drive, wheels, wirings};
+use crate::check::{Finding, Recording, Stated};
 use robhaz_estimator::{SensorFrame, Sides};
 use std::borrow::Cow;
 
@@ -15,18 +15,35 @@ pub struct Readings<'a> {
     pub is_of_both: bool,
     /// Tests that do not hold in this drive: their faults stop no other test.
     pub excused: &'a [&'static str],
-    /// What the other side pushes this one with over its weight, -, as far as that shows.
-    pub pushed: Option<f64>,
+    /// How the other side pushes this one, as far as that shows.
+    pub pushed: Option<Pushed>,
 }
 
-/// Tests that know no push of another side. Of the delays only that of the torques.
-const OF_PUSHED: [&str; 5] = [
-    wheels::TEST,
-    delay::TEST,
-    drive::PAIRING,
-    wirings::TEST,
-    agreement::TEST,
-];
+/// A push of the other side, and what it looks like.
+#[derive(Clone, Copy)]
+pub struct Pushed {
+    /// Push by the torques that the slope does not need, over the weight, -.
+    pub push: f64,
+    /// Tests that know no such push; of a test with a channel that one alone.
+    pub tests: &'static [(&'static str, Option<&'static str>)],
+}
+
+impl Pushed {
+    /// The finding, unless it is a fault that the push explains as well.
+    fn judge(&self, finding: Finding) -> Finding {
+        let is_of = |(test, channel): &(&str, Option<&str>)| {
+            *test == finding.test && channel.is_none_or(|channel| channel == finding.channel)
+        };
+        if !(finding.is_fault() && self.tests.iter().any(is_of)) {
+            return finding;
+        }
+        let way = if self.push > 0.0 { "push" } else { "brake" };
+        finding.unless(&format!(
+            "the other side holds it back, or drives it, as in a skid turn: the torques {way} harder than the slope needs, by {:.2} of this side's weight; record a drive straight on",
+            self.push.abs()
+        ))
+    }
+}
 
 impl<'a> Readings<'a> {
     /// Of a side of both, without a finding; `None` without three frames.
@@ -68,8 +85,8 @@ impl<'a> Readings<'a> {
         let known = self.findings.len();
         let pushed = self.pushed;
         let unless_pushed = |finding: Finding| match pushed {
-            Some(push) if finding.is_fault() && is_of_pushed(&finding) => by_push(finding, push),
-            _ => finding,
+            Some(pushed) => pushed.judge(finding),
+            None => finding,
         };
         self.findings
             .extend(findings.into_iter().map(unless_pushed));
@@ -85,21 +102,4 @@ impl<'a> Readings<'a> {
             self.recording = recording;
         }
     }
-}
-
-/// Whether a push of the other side looks like the fault.
-fn is_of_pushed(finding: &Finding) -> bool {
-    let is_of_torques = finding.test != delay::TEST || finding.channel == drive::LATE;
-    OF_PUSHED.contains(&finding.test) && is_of_torques
-}
-
-/// A fault that a push of the other side explains as well: nothing is changed for it.
-fn by_push(finding: Finding, push: f64) -> Finding {
-    let unchanged = Finding {
-        changes: Vec::new(),
-        ..finding
-    };
-    unchanged.cannot_tell(format!(
-        "the torques push this side with {push:.2} of its weight beyond its rise, which the other side holds, as in a skid turn: record a drive straight on"
-    ))
 }

@@ -88,6 +88,14 @@ impl Finding {
         self
     }
 
+    /// A fault that something else explains as well, `or` in words: the log cannot tell, and nothing is changed for it.
+    #[must_use]
+    pub(crate) fn unless(mut self, or: &str) -> Self {
+        self.changes.clear();
+        let remedy = self.remedy.take().unwrap_or_default();
+        self.cannot_tell(format!("{remedy}; or {or}"))
+    }
+
     /// Whether it is a fault.
     pub fn is_fault(&self) -> bool {
         self.verdict == Verdict::Fault
@@ -154,10 +162,8 @@ impl Report {
         let of = |verdict| self.findings.iter().filter(move |f| f.verdict == verdict);
         let [ok, unknown, faults] =
             [Verdict::Ok, Verdict::CannotTell, Verdict::Fault].map(|verdict| of(verdict).count());
-        let (tests, listed) = (
-            self.findings.len(),
-            if all { "" } else { " (-v lists them)" },
-        );
+        let (tests, is_hidden) = (self.findings.len(), !all && ok > 0);
+        let listed = if is_hidden { " (-v lists them)" } else { "" };
         text + &format!(
             "{tests} tests: {ok} ok{listed}, {unknown} that this log cannot tell, {faults} with a fault"
         )

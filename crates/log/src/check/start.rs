@@ -117,8 +117,13 @@ pub fn size(start: Option<Start>) -> Option<Finding> {
     })
 }
 
-/// Whether a finding of [`size`] excludes another size of the torques.
-pub fn confirms(finding: &Finding) -> bool {
+/// Whether the findings of a start exclude another size of the torques: one does, and none is a fault.
+pub fn confirm(findings: &[Finding]) -> bool {
+    findings.iter().any(confirms) && !findings.iter().any(Finding::is_fault)
+}
+
+/// Whether a finding of [`size`] excludes another size.
+fn confirms(finding: &Finding) -> bool {
     let [size, sigma] = ["size", "deviation"].map(|name| finding.number(name));
     let is_within = |(size, sigma): (f64, f64)| {
         size + GATE * sigma < OTHER_SIZE && size - GATE * sigma > 1.0 / OTHER_SIZE
@@ -150,7 +155,7 @@ pub fn findings(log: &Readings<'_>, forward: f64) -> Vec<Finding> {
         let torque = Channel::Torque(i);
         let Some(coefficient) = coefficients[i] else {
             let figure = "the torque does not follow the acceleration of a start";
-            let remedy = "start on even ground, after a rest, and faster: the torque must stand out of its noise and of what wheels push each other";
+            let remedy = "start on even ground, after a rest, and accelerate harder: the torque must exceed its noise and the forces between the wheels";
             return Finding::ok(TEST, torque, figure).cannot_tell(remedy);
         };
         let figure = format!(

@@ -51,25 +51,14 @@ pub fn findings(log: &Readings<'_>) -> [Finding; 3] {
         let size = sizes.map(|sizes| sizes[i]);
         let ratios = ratios(&recording.spin[i]);
         let found = encoder(i, &ratios, size, || (0..3).find(torque_turns));
-        match median(ratios).is_some_and(|ratio| OF_TURN.contains(&ratio)) && may_turn {
-            true => unless_it_turns(found),
+        let is_of_turn = median(ratios).is_some_and(|ratio| OF_TURN.contains(&ratio));
+        match found.is_fault() && is_of_turn && may_turn {
+            true => found.unless(
+                "the rover turned, which one side does not show: record a drive straight on",
+            ),
             false => found,
         }
     })
-}
-
-/// A fault of one side that a turn of the rover explains as well.
-fn unless_it_turns(finding: Finding) -> Finding {
-    let (true, Some(remedy)) = (finding.is_fault(), finding.remedy.clone()) else {
-        return finding;
-    };
-    let unchanged = Finding {
-        changes: Vec::new(),
-        ..finding
-    };
-    unchanged.cannot_tell(format!(
-        "{remedy}; or the rover turned, which one side does not show: record a drive straight on"
-    ))
 }
 
 /// By how much each wheel turns more than the middle one of the three beyond its slip, -, and the standard deviation;

@@ -93,8 +93,11 @@ impl WholeEstimator {
         for (known, read) in self.known.iter_mut().zip(readings) {
             *known |= read.is_some_and(f64::is_finite);
         }
-        for (held, read) in self.steering.iter_mut().zip(frame.steering) {
-            *held = read.filter(|angle| angle.is_finite()).unwrap_or(*held);
+        let of_wheels = self.steering.iter_mut().zip(&mut self.steered);
+        for ((held, is_steered), read) in of_wheels.zip(frame.steering) {
+            let read = read.filter(|angle| angle.is_finite());
+            *is_steered |= read.is_some();
+            *held = read.unwrap_or(*held);
         }
     }
 }

@@ -270,7 +270,7 @@ impl<'a> Compared<'a> {
         let own = Judged::of(&part, stated, &[], |_| false)?;
         Some(Self {
             samples: own.rolled / WholeEstimate::INDEPENDENT,
-            is_sized: of_start(frames, stated).iter().any(start::confirms),
+            is_sized: start::confirm(&of_start(frames, stated)),
             stated,
             part,
             own,

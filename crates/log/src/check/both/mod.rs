@@ -201,7 +201,7 @@ fn take_rest(zero: &mut Finding, side: &str, findings: &mut Vec<Finding>) {
     };
     let of_rest = findings.remove(k);
     *remedy = format!(
-        "{remedy}\nthat is the mean over the way, which bumps under one side move; {}",
+        "{remedy}\nthis is the mean over the drive, which bumps under one side shift; {}",
         of_rest.remedy.unwrap_or_default()
     );
 }

@@ -55,8 +55,7 @@ pub fn zero(
     let [shown, at_most] = [mean, allowed].map(f64::to_degrees);
     let figure =
         format!("mean over the way {shown:.2} deg, by the sensor at most {at_most:.2} deg");
-    let mut finding =
-        Finding::ok("zero of the roll", "body_roll", figure).with("mean", shown, "deg");
+    let finding = Finding::ok("zero of the roll", "body_roll", figure).with("mean", shown, "deg");
     if mean.abs() <= allowed {
         return finding;
     }
@@ -65,8 +64,7 @@ pub fn zero(
         false => format!("at rest it shows {roll:.4} rad, so that ground or bumps under one side cause the mean, if the rover stood level"),
     });
     if let (Some(of_rest), Some((_, false))) = (&of_rest, at_rest) {
-        finding.figure += &format!("; {of_rest}");
-        return finding;
+        return finding.cannot_tell(of_rest.as_str());
     }
     let of_rest = of_rest.map_or(String::new(), |of_rest| format!("{of_rest}; "));
     finding.cannot_tell(format!(

@@ -34,6 +34,8 @@ pub(super) const LARGEST_MISFIT: f64 = 75.0;
 const LARGEST_NIS: f64 = 25.0;
 /// Sum over the least one up to which a case fits as well.
 const AS_WELL: f64 = 1.05;
+/// Sum over that of the log as wired of an exchange that the torques ask for: other faults may be in both.
+const LARGEST_SUM: f64 = 1.2;
 /// So many of those are named.
 const LISTED: usize = 3;
 /// Share of the frames from which on wheels are mostly dragged across.
@@ -234,9 +236,8 @@ fn least<'a>(all: impl IntoIterator<Item = &'a Judged>) -> f64 {
     sums.fold(f64::INFINITY, f64::min)
 }
 
-/// The wirings that fit better than that of the log, `own`, and as well as the best of them; `None` where none fits
-/// better, and empty where one does with which a torque answers an encoder of the other side. `follows`, `zeroed`, `pitched`:
-/// see [`findings`].
+/// The wirings that fit better than that of the log, `own`, and as well as the best of them. `None`: none fits better. Empty:
+/// one does, but the torques exclude it, and no other one fits. `follows`, `zeroed`, `pitched`: see [`findings`].
 fn better<'a>(
     others: &'a [Judged],
     own: &Judgement,
@@ -252,7 +253,7 @@ fn better<'a>(
     let mut better: Vec<&Judged> = others.iter().filter(is_found).collect();
     if better.is_empty() {
         others.iter().find(is_better)?;
-        // The encoder of a wheel alone changes the innovations most, and its torque with it is what is exchanged.
+        // An encoder alone changes the innovations most, so that it wins where encoder and torque are exchanged.
         let may_be = |(wiring, found): &&Judged| {
             let is_of_wheels = !is_of_joints(wiring) && !wiring.contains(&Roll);
             fits(wiring, follows) && is_of_wheels && found.sum < BETTER * own.sum
@@ -272,11 +273,18 @@ fn better<'a>(
 
 /// Of the exchanges that make each torque answer its own encoder the one that the estimator agrees with, where it agrees
 /// with no other one.
-fn of_torques(others: &[Judged], follows: [Option<bool>; 3]) -> Option<&[Change]> {
+fn of_torques<'a>(
+    others: &'a [Judged],
+    own: &Judgement,
+    follows: [Option<bool>; 3],
+) -> Option<&'a [Change]> {
     let answers = |judged: &&Judged| fits(&judged.0, follows);
     let mut fitting: Vec<&Judged> = others.iter().filter(answers).collect();
     fitting.sort_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
     let (wiring, best) = fitting.first()?;
+    if best.sum > LARGEST_SUM * own.sum {
+        return None;
+    }
     let next = fitting.get(1).map_or(REFUSED, |(_, found)| found.sum);
     (next > AS_WELL * best.sum).then_some(wiring)
 }
@@ -339,7 +347,10 @@ pub fn findings(
     let better = better(&others, own, follows, [zeroed, pitched]);
     let better = better.as_deref();
     let words = |wiring: &[Change]| words(wiring, stated.rover.coupling);
-    let fits_as_well = |(_, found): &&Judged| found.sum < own.sum * AS_WELL;
+    let fits_as_well = |(wiring, found): &&Judged| {
+        let is_excluded = !fits(wiring, follows) || pitched && is_of_axes(wiring);
+        found.sum < own.sum * AS_WELL && !is_excluded
+    };
     let mut as_well: Vec<&Judged> = others.iter().filter(fits_as_well).collect();
     as_well.sort_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
@@ -350,7 +361,7 @@ pub fn findings(
             "correct the faults of the sides first: with them no exchange is to be seen",
         )
     } else if let Some([]) = better {
-        finding.fault("left and right of some channels are exchanged: turn one wheel after the other by hand: its encoder and torque must change")
+        finding.fault("some channels of left and right are exchanged, and the log does not show which: turn each wheel by hand; its own encoder and torque must change")
     } else if let Some([(first, judged), rest @ ..]) = better {
         (wiring, corrected) = (first, judged);
         let mut remedy = words(first);
@@ -371,7 +382,7 @@ pub fn findings(
     let wired = frames.iter().map(|frame| wired(frame, wiring));
     let asked = follows
         .contains(&Some(false))
-        .then(|| of_torques(&others, follows));
+        .then(|| of_torques(&others, own, follows));
     Found {
         findings: [roll, finding],
         frames: wired.collect(),
@@ -431,9 +442,56 @@ mod tests {
         let others = [case(Change::Axes), case(Change::Turned(1.0))];
         let found = |others: &[Judged], pitched: bool| {
             let found = better(others, &own, [None; 3], [true, pitched]);
-            found.map_or(0, |found| found.len())
+            found.map(|found| found.len())
         };
-        assert_eq!((found(&others, false), found(&others, true)), (2, 0));
-        assert_eq!(found(&[case(Change::Pins)], true), 1);
+        assert_eq!(
+            (found(&others, false), found(&others, true)),
+            (Some(2), None)
+        );
+        assert_eq!(found(&[case(Change::Pins)], true), Some(1));
+    }
+
+    /// Encoder and torque of a wheel are exchanged: the encoder alone fits better by the likelihood, and both together by the sum
+    /// alone. Where the torques follow their encoders it is both; where that is not known, the encoder; without a case
+    /// that the torques allow, it is not known which.
+    #[test]
+    fn no_exchange_is_named_that_the_torques_exclude() {
+        let own = judged(1.0, |k| [10.0 + 0.01 * f64::from(k), 2.0]);
+        let case = |wiring: Vec<Change>, likely: f64| {
+            let fits = judged(1.0, move |k| [7.0 + 0.02 * f64::from(k), likely]);
+            (wiring, fits)
+        };
+        let encoder = vec![Change::Angle(0)];
+        let both = vec![Change::Angle(0), Change::Torque(0)];
+        let others = [case(encoder.clone(), 0.5), case(both.clone(), 1.3)];
+        let named = |others: &[Judged], follows: Option<bool>| {
+            let found = better(others, &own, [follows; 3], [true, false]);
+            found.map(|found| {
+                let wirings = found.iter().map(|(wiring, _)| wiring.clone());
+                wirings.collect::<Vec<_>>()
+            })
+        };
+        assert!(named(&others, Some(true)) == Some(vec![both]));
+        assert!(named(&others, None) == Some(vec![encoder]));
+        assert!(named(&others[..1], Some(true)) == Some(Vec::new()));
+        assert!(named(&others[1..], Some(true)).is_none());
+    }
+
+    /// Of the exchanges that a torque asks for one is named that fits clearly best, and none that fits worse than the log.
+    #[test]
+    fn the_torques_ask_for_the_exchange_that_fits() {
+        let own = judged(1.0, |_| [10.0, 2.0]);
+        let case = |change: Change, sum: f64| (vec![change], judged(1.0, move |_| [sum, 1.0]));
+        let asked = |encoder: f64, torque: f64| {
+            let others = [
+                case(Change::Angle(0), encoder),
+                case(Change::Torque(0), torque),
+            ];
+            let found = of_torques(&others, &own, [Some(false), None, None]);
+            found.map(|wiring| wiring == [Change::Torque(0)])
+        };
+        assert_eq!(asked(14.0, 9.0), Some(true));
+        assert_eq!(asked(9.1, 9.0), None);
+        assert_eq!(asked(1e3, 20.0), None);
     }
 }
