@@ -191,9 +191,8 @@ impl LoadCovariance {
     /// Variance of the moment of a side's weight along the way about Q, over gravity, kg^2 m^2: of a
     /// linkage in its nominal pose.
     pub(crate) fn of_moment_along(&self) -> f64 {
-        let along = [1, 3, 5];
-        let row = |i: usize| along.iter().map(|&j| self.0[(i, j)]).sum::<f64>();
-        along.iter().map(|&i| row(i)).sum::<f64>().max(0.0)
+        let along = SVector::from([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0]);
+        along.dot(&(self.0 * along)).max(0.0)
     }
 }
 

@@ -300,19 +300,19 @@ fn consider_loads(
     forces.consider(&equations.of_load(Link::Body, Vec3::zeros(), Vec3::zeros(), across));
     let total = 0.5 * loads.rows()[0][0].max(0.0);
     forces.consider(&(equations.f * (robhaz_model::sqrt(total) / rover.side.mass.total())));
-    for side in [0, 1] {
+    let links = posture.bogie.iter().zip(&posture.rocker).zip(posture.q);
+    for (side, ((bogie, rocker), q)) in links.enumerate() {
         let zero = Vec3::zeros();
         let moment =
             |link, turned: Vec3| equations.of_load(link, zero, zero, turned.cross(&specific_force));
         let [x, z] = [Vec3::x(), Vec3::z()];
-        let of_bogie =
-            [x, z].map(|axis| moment(Link::Bogie(side), posture.bogie[side].turn * axis));
+        let of_bogie = [x, z].map(|axis| moment(Link::Bogie(side), bogie.turn * axis));
         // A side alone shows the sum of body and rocker.
         let of_rocker = [x, z].map(|axis| {
-            let rocker = moment(Link::Rocker(side), posture.rocker[side].turn * axis);
-            (rocker + moment(Link::Body, axis)) * 0.5
+            let of_rocker = moment(Link::Rocker(side), rocker.turn * axis);
+            (of_rocker + moment(Link::Body, axis)) * 0.5
         });
-        let of_mass = equations.of_load(Link::Body, posture.q[side], specific_force, zero);
+        let of_mass = equations.of_load(Link::Body, q, specific_force, zero);
         let ([x1, z1], [x2, z2]) = if matches!(bogie_index(rover), Ok(0)) {
             (of_bogie, of_rocker)
         } else {
