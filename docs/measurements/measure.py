@@ -7,8 +7,8 @@
     python3 docs/measurements/measure.py --list
 
 A page is written when all its commands have run; where a test fails by its limit, page and exit code say so. It needs
-Python alone, but for `ablation`, `speed`, `noise-budget` and `lumping` (pandas, pyarrow), `mujoco` and `whole-rover` (mujoco) and `climbs`
-(matplotlib).
+Python alone, but for `ablation`, `speed`, `noise-budget` and `lumping` (pandas, pyarrow), `mujoco` and `whole-rover`
+(mujoco) and `climbs` (matplotlib).
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Measures what the estimator of both sides reaches in MuJoCo, and prints the tables of docs/measurements/whole-rover.md:
+"""Measures what the estimator of both sides reaches in MuJoCo. Prints the tables of docs/measurements/whole-rover.md:
 
     cargo build --release
     python rover_table.py --command ../../target/release/robhaz --out ../../runs/rover
@@ -43,7 +43,8 @@ def robot_of(case: str, out: Path) -> Path:
     head, rest = ROVER.read_text().split("[robot.across]")
     lines = [line for line in rest.splitlines() if line.split(" = ")[0] not in values]
     path = out / "triple-bogie.toml"
-    path.write_text(head + "[robot.across]" + "\n".join([lines[0], *(f"{k} = {v}" for k, v in values.items()), *lines[1:]]))
+    own = [f"{key} = {value}" for key, value in values.items()]
+    path.write_text(head + "[robot.across]" + "\n".join([lines[0], *own, *lines[1:]]))
     return path
 
 

@@ -60,6 +60,27 @@ def _momentum(world):
     return data.subtree_linvel[0] * world.model.body_subtreemass[0]
 
 
+def test_a_drawn_rover_has_its_weight_and_its_resistance():
+    """Closed form on level ground: the wheels carry the drawn weight (0.2 %), which is within 5 % of the nominal one;
+    at a steady speed the motors do what damping, gears and rolling resistance take (3 %: toe drags, too). Another seed is
+    another rover, the same one the same."""
+    world = World(Case(duration=4.0), draw=64)
+    build, radius = world.build, world.robot.radius
+    weight = world.model.body_mass.sum() * world.robot.gravity
+    torque, count, normal = 0.0, 0, 0.0
+    while world.data.time < 4.0:
+        world.step()
+        if world.time > 2.5:
+            torque, count = torque + world.torque.sum(), count + 1
+            normal += world.contacts()[0][:, 2].sum()
+    assert normal / count == pytest.approx(weight, rel=2e-3)
+    assert weight == pytest.approx(WEIGHT, rel=0.05) and weight != pytest.approx(WEIGHT, rel=1e-4)
+    taken = 6 * (world.DAMPING * 0.2 / radius + build.gear_friction) + build.rolling_resistance * radius * weight
+    assert torque / count == pytest.approx(taken, rel=0.03)
+    again, other = (World(Case(), draw=seed).build for seed in (64, 65))
+    assert again.sides[0].mass == build.sides[0].mass != other.sides[0].mass
+
+
 def test_rough_ground_has_the_slopes_that_it_says():
     """Slopes are the differences of heights: 1e-6 of central differences."""
     ground, random = rough(3), np.random.default_rng(0)
