@@ -3,7 +3,7 @@
     cargo build --release
     python rover_table.py --command ../../target/release/robhaz --out ../../runs/rover
 
-The first table is of rovers that are exactly as described, which the estimator is told; the second of rovers drawn from
+The first table is of rovers that are exactly as described, and stated to be so; the second of rovers drawn from
 what people build (`drawn` in `whole_rover.py`), each with a log of its own. Logs that are already in `--out` are used
 again: delete them after a change of the world.
 """

@@ -105,7 +105,7 @@ fn of_part(table: &Channel, part: &[usize], rows: &[&[f64]]) -> Channel {
     let (start, _) = readings[0];
     let mut report = ChannelReport {
         name: format!("{}, {}", table.name, start.name()),
-        period: period(&times).map_or(table.report.period, |(period, _)| period),
+        period: period(&times).unwrap_or(table.report.period),
         rows: own.len() as u64,
         ..table.report.clone()
     };

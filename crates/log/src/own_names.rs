@@ -56,7 +56,7 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     let is_wheel =
         |c: &ColumnInfo| c.name.starts_with("left_wheel") || c.name.starts_with("right_wheel");
     let has_both = table.found.iter().any(is_wheel);
-    // A table with neither is told the names that its robot asks for.
+    // Of a table with neither the error names the columns that its robot asks for.
     let has_one = table.found.iter().any(|c| c.name.starts_with("wheel"));
     let may_be = has_both || !has_one && choice.robot.whole_rover().is_some();
     let is_of_both = choice.sides == LogSides::Both || may_be && !choice.states("sides");

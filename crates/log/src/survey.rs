@@ -183,7 +183,7 @@ impl Course {
     fn finish(self, channels: &mut Channels, i: usize, origin: Stamp, duration: f64) {
         let time = |stamp: &Stamp| channels.time(i, *stamp, origin);
         let times: Vec<f64> = self.stamps.iter().map(time).collect();
-        let period = period(&times).map_or(duration, |(period, _)| period);
+        let period = period(&times).unwrap_or(duration);
         let mut report = ChannelReport {
             name: channels.all[i].name.clone(),
             period,
@@ -221,8 +221,8 @@ pub fn count_gaps(times: &[f64], report: &mut ChannelReport) {
 }
 
 /// Time from one row to the next, s: the usual step, or, where rows come in bursts or as those of several
-/// topics, the mean step; and whether they do.
-pub fn period(times: &[f64]) -> Option<(f64, bool)> {
+/// topics, the mean step.
+pub fn period(times: &[f64]) -> Option<f64> {
     /// Rows over which bursts are evened out.
     const MANY: usize = 20;
     /// Of the steps of rows that come one by one the mean is the usual one, but for gaps.
@@ -233,7 +233,7 @@ pub fn period(times: &[f64]) -> Option<(f64, bool)> {
     };
     let usual = step_over(1)?;
     let even = step_over(MANY).filter(|even| *even > OF_BURSTS * usual);
-    Some((even.unwrap_or(usual), even.is_some()))
+    Some(even.unwrap_or(usual))
 }
 
 /// Number of rows that are lacking at step `k`, by the mean times of as many rows before as after it:
