@@ -4,11 +4,12 @@
     python rover_table.py --command ../../target/release/robhaz --out ../../runs/rover
 
 The first table is of rovers that are exactly as described, and stated to be so; the second of rovers drawn from
-what people build (`drawn` in `whole_rover.py`), each with a log of its own. Logs that are already in `--out` are used
-again: delete them after a change of the world.
+what people build (`drawn` in `whole_rover.py`), each with a log of its own; the third of each side of these alone, as a
+log of one side. Logs that are already in `--out` are used again: delete them after a change of the world.
 """
 
 import argparse
+import csv
 import json
 import subprocess
 import sys
@@ -16,17 +17,22 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from sensors import TYPICAL
 from whole_rover import CASES, TRIPLE_BOGIE
 
 HERE = Path(__file__).resolve().parent
 ROVER = HERE.parents[1] / "robots/open-source-rover.toml"
-EXACT = "[budget]\nbody_cg = 0\nlink_masses = 0\n"
+# What has no error in the world.
+EXACT = "[budget]\n" + "".join(f"{key} = 0\n" for key in ("body_cg", "link_masses", "gear_friction", "rolling_resistance", "toe"))
 SETTLED = 2.5  # s, from which errors count
+SIDE_TRUTH = (("normal_force", "in_plane_normal_force"), ("traction", "traction"))
 
 HEADER = (
     "| case | N in the wheel's plane: error, stated, % | within two sigma, % (least) "
     "| N along the ground's normal: error, stated, % | within, % |\n|---|---|---|---|---|"
 )
+
+HEADER_OF_A_SIDE = "| case | N in the wheel's plane: error, stated, % | within two sigma, % (least) |\n|---|---|---|"
 
 
 def robot_of(case: str, out: Path) -> Path:
@@ -61,26 +67,81 @@ def simulate(case: str, seeds: list[str], folder: Path, draw: bool) -> None:
         new.rmdir()
 
 
+def of_one_side(folder: Path, case: str, seed: str, side: str) -> str:
+    """Writes a log and a truth of a side alone, whose bogie and rocker have an inclinometer and a gyroscope. Returns the
+    case's name in their files."""
+    sign, random = (1, np.random.default_rng(int(seed))) if side == "left" else (-1, np.random.default_rng(1000 + int(seed)))
+    name = f"{case}-{side}"
+    files = [folder / f"{case}-log-{seed}.csv", folder / f"{case}-{seed}.csv"]
+    written = [folder / f"{name}-log-{seed}.csv", folder / f"{name}-{seed}.csv"]
+    with files[0].open() as log, files[1].open() as truth, written[0].open("w") as side_log, written[1].open("w") as side_truth:
+        readings, forces = csv.writer(side_log), csv.writer(side_truth)
+        wheels = [(f"wheel{k}_{what}", f"{side}_wheel{k}_{what}") for k in (1, 2, 3) for what in ("angle", "motor_torque")]
+        links = [f"link{k}_{what}" for k in (1, 2) for what in ("inclination", "rate")]
+        loads = [(f"wheel{k}_{a}", f"{side}_wheel{k}_{b}") for k in (1, 2, 3) for a, b in SIDE_TRUTH]
+        readings.writerow(["time", *(to for to, _ in wheels), *links])
+        forces.writerow(["time", *(to for to, _ in loads)])
+        for read, true in zip(csv.DictReader(log), csv.DictReader(truth), strict=True):
+            rocker = float(read["body_inclination"]) + sign * float(read["differential_angle"])
+            rocker_rate = sign * float(true["coupling_rate"]) - float(true["body_rate_y"])
+            bogie, bogie_rate = rocker + float(read[f"{side}_pin_angle"]), rocker_rate + float(true[f"{side}_pin_rate"])
+            noise = TYPICAL["rate_noise"] * random.standard_normal(2)
+            on_links = [bogie, bogie_rate + noise[0], rocker, rocker_rate + noise[1]]
+            readings.writerow([read["time"], *(read[of] for _, of in wheels), *on_links])
+            forces.writerow([true["time"], *(true[of] for _, of in loads)])
+    return name
+
+
 def estimate(command: Path, folder: Path, robot: Path, case: str, seed: str) -> dict:
-    """What the summary says of both sides."""
+    """What the summary says of a log."""
     truth = folder / f"{case}-{seed}.csv"
     out = folder / f"estimate-{case}-{seed}"
     arguments = [folder / f"{case}-log-{seed}.csv", "--robot", robot, "--sensors", folder / "SENSORS.toml"]
     arguments += ["--truth", truth if truth.exists() else folder / f"{case}.csv", "--out", out, "--force"]
     subprocess.run([command, "estimate", *arguments, "--quiet"], check=True)
-    return json.loads((out / "summary.json").read_text())["both"]
+    return json.loads((out / "summary.json").read_text())
+
+
+def errors_of(errors: list[dict]) -> tuple[str, str, float]:
+    """Error and stated deviation as root mean squares over the logs; mean and least of the shares within two stated
+    deviations, the mean as a number, too. All in %."""
+    error, stated = (100 * np.sqrt(np.mean([one[key] ** 2 for one in errors])) for key in ("nrmse", "stated"))
+    within = 100 * np.array([one["coverage"] for one in errors])
+    return f"{error:.1f}, {stated:.1f}", f"{within.mean():.1f} ({within.min():.0f})", within.mean()
 
 
 def row(case: str, found: list[dict]) -> str:
-    """A line of a table: root mean squares over the logs, means of the shares."""
+    """A line of a table of both sides."""
+    of = [errors_of([one["both"][key] for one in found]) for key in ("in_plane_normal_force", "normal_force")]
+    (plane, within, _), (normal, _, share) = of
+    return f"| {case} | {plane} | {within} | {normal} | {share:.1f} |"
 
-    def of(errors: str) -> tuple[float, float, np.ndarray]:
-        rms = [100 * np.sqrt(np.mean([one[errors][key] ** 2 for one in found])) for key in ("nrmse", "stated")]
-        return *rms, 100 * np.array([one[errors]["coverage"] for one in found])
 
-    plane, normal = of("in_plane_normal_force"), of("normal_force")
-    shown = f"{plane[0]:.1f}, {plane[1]:.1f} | {plane[2].mean():.1f} ({plane[2].min():.0f}) "
-    return f"| {case} | {shown}| {normal[0]:.1f}, {normal[1]:.1f} | {normal[2].mean():.1f} |"
+def of_a_side(found: dict) -> dict | None:
+    """The errors of N of a log of one side; `None` of one with a wheel in the air throughout."""
+    (kalman,) = found["estimators"].values()
+    if kalman["stated"] is None:
+        return None
+    return {"nrmse": kalman["normal_force"]["nrmse"], "stated": kalman["stated"], "coverage": kalman["coverage"]}
+
+
+def sides_alone(a: argparse.Namespace, folder: Path, seeds: list[str]) -> None:
+    """Prints the table of sides alone, without triple bogies, whose rear half has no gyroscope, and without logs with a
+    wheel in the air throughout."""
+    print(f"### One side alone of rovers as built\n\n{HEADER_OF_A_SIDE}", flush=True)
+    shares = []
+    with ThreadPoolExecutor(2) as pool:
+        for case in (case for case in a.case if CASES[case].across is not TRIPLE_BOGIE):
+
+            def found(of: tuple[str, str], case: str = case) -> dict | None:
+                name = of_one_side(folder, case, of[0], of[1])
+                return of_a_side(estimate(a.command, folder, ROVER, name, of[0]))
+
+            logs = [(seed, side) for seed in seeds for side in ("left", "right")]
+            error, within, share = errors_of([errors for errors in pool.map(found, logs) if errors])
+            print(f"| {case} | {error} | {within} |", flush=True)
+            shares.append(share)
+    print(f"\nWithin two sigma in the mean of the cases: {np.mean(shares):.1f} %.")
 
 
 def main() -> None:
@@ -102,6 +163,7 @@ def main() -> None:
                 found = pool.map(lambda seed, f=folder, r=robot, c=case: estimate(a.command, f, r, c, seed), seeds)
                 print(row(case, list(found)), flush=True)
         print()
+    sides_alone(a, folder, seeds)
 
 
 if __name__ == "__main__":

@@ -27,6 +27,15 @@ pub(crate) const SMOOTHING: f64 = 0.02;
 /// Chosen; sensitive.
 pub(crate) const FILTER_TIME: f64 = 0.03;
 
+/// Time that covers some obstacles or a turn, s: 1 m at 0.2 m/s. What the ground and the other side do is
+/// averaged over it.
+/// Chosen; insensitive.
+pub(crate) const OBSTACLES: f64 = 5.0;
+
+/// Time for which wheels push each other alike, s: some tenths of a metre of ground, a turn.
+/// Chosen; insensitive.
+pub(crate) const PUSH_LASTS: f64 = 2.0;
+
 /// Time for which an impact shakes a wheel, s: hard wheels on hard ground. For as long a condition has
 /// to hold before a contact state changes; it is the time constant of the slip's low pass, too.
 /// Chosen; held by `tests/acceptance_contacts.rs`.

@@ -110,6 +110,8 @@ pub(crate) fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
         payload,
         load_covariance,
         wheel_radius,
+        toe,
+        steering,
         cross_slope,
     } = *budget;
     NoiseBudget {
@@ -141,6 +143,8 @@ pub(crate) fn budget_in(units: &Units, budget: &NoiseBudget) -> NoiseBudget {
         contact_angle,
         link_mass,
         wheel_radius,
+        toe,
+        steering,
         cross_slope,
     }
 }

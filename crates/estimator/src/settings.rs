@@ -166,8 +166,14 @@ pub struct NoiseBudget {
     pub load_covariance: Option<LoadCovariance>,
     /// Relative error of each wheel's rolling radius.
     pub wheel_radius: f64,
+    /// Angle by which wheels are not parallel, of a rover with both sides, rad: toe, and play of the axles. It makes
+    /// axial forces. [`Self::typical`]: a fifth of a degree.
+    pub toe: f64,
+    /// Error of each steering angle, of a rover with both sides, rad. [`Self::typical`]: half a degree.
+    pub steering: f64,
     /// Standard deviation of the slope across the way, rad, of logs of [`Sides::OneOfTwo`]: it moves
-    /// the weight from one side to the other.
+    /// the weight from one side to the other. [`Self::typical`]: that of slopes evenly spread between
+    /// -10 and 10 deg, 5.8 deg, rounded.
     pub cross_slope: f64,
 }
 
@@ -241,7 +247,9 @@ impl NoiseBudget {
             payload: 0.0,
             load_covariance: None,
             wheel_radius: 0.0,
-            cross_slope: 5.0 * DEGREE,
+            toe: 0.2 * DEGREE,
+            steering: 0.5 * DEGREE,
+            cross_slope: 6.0 * DEGREE,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! How much the other side of a robot with two pushes through the body.
 
+use crate::common::{OBSTACLES, PUSH_LASTS};
 use crate::deviation::WITHIN;
 
 /// Mean square of the push, as the parity residual shows it: with tractions that the motors'
@@ -22,27 +23,20 @@ impl PushFilter {
     /// holds its own speed, in a skid turn by half.
     /// Chosen; insensitive.
     const PRIOR: f64 = 0.1;
-    /// Longest time over which the mean is taken, s: 1 m at 0.2 m/s, some obstacles.
-    /// Chosen; insensitive.
-    const TIME: f64 = 5.0;
-    /// Correlation time of a push, s, for which the prior counts: some tenths of a metre of ground
-    /// under a wheel, or a turn.
-    /// Chosen; insensitive.
-    pub const LASTS: f64 = 1.0;
 
     /// For a side of this weight, N.
     pub fn new(weight: f64) -> Self {
         let prior = Self::PRIOR * weight;
         Self {
             square: prior * prior,
-            time: Self::LASTS,
+            time: PUSH_LASTS,
         }
     }
 
     /// Takes the square of the push that a residual shows less the variance of its noise (N^2), `dt`
     /// (s) after the last.
     pub fn update(&mut self, seen: f64, dt: f64) {
-        self.time = (self.time + dt).min(Self::TIME);
+        self.time = (self.time + dt).min(OBSTACLES);
         let mean = self.square + (dt / self.time).min(1.0) * (seen - self.square);
         self.square = mean.max(seen / (WITHIN * WITHIN)).max(0.0);
     }
@@ -67,7 +61,7 @@ mod tests {
         for _ in 0..2000 {
             push.update(16.0, dt);
         }
-        let expected = (PushFilter::LASTS * prior + 2.0 * 16.0) / (PushFilter::LASTS + 2.0);
+        let expected = (PUSH_LASTS * prior + 2.0 * 16.0) / (PUSH_LASTS + 2.0);
         // Rounding.
         assert!((push.variance() - expected).abs() < 1e-9 * expected);
         push.update(60.0 * 60.0, dt);

@@ -1,5 +1,6 @@
 //! How far wheels of one side run apart in a turn that no reading shows.
 
+use crate::common::OBSTACLES;
 use crate::deviation::WITHIN;
 
 /// Means over some seconds of what the speeds of wheels differ by: steered wheels and those of another track run on other
@@ -17,13 +18,9 @@ pub(crate) struct TurnFilter {
 }
 
 impl TurnFilter {
-    /// Longest time over which the means are, s: some obstacles, one turn.
-    /// Chosen.
-    const TIME: f64 = 5.0;
-
     /// Takes the `slip` of the wheels and the part of it that the torques' readings explain (m/s), `dt` (s) after the last.
     pub fn update(&mut self, slip: [f64; 3], creep: [f64; 3], dt: f64) {
-        self.time = (self.time + dt).min(Self::TIME);
+        self.time = (self.time + dt).min(OBSTACLES);
         let weight = (dt / self.time).min(1.0);
         for (means, values) in [(&mut self.slip, slip), (&mut self.creep, creep)] {
             let mean = values.iter().sum::<f64>() / 3.0;

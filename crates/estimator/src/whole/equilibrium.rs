@@ -3,6 +3,7 @@
 use super::loads::loads;
 use super::posture::sign;
 use super::{Contact, Link, Vec3, WholeError, WholeMotion, WholePosture};
+use crate::settings::NoiseBudget;
 use nalgebra::SVector;
 use robhaz_model::{Coupling, WholeRover};
 
@@ -30,6 +31,8 @@ pub struct WholeEquilibrium {
     pub sliding: [f64; 6],
     /// Distance by which N acts ahead of the contact at a coefficient of rolling resistance of 1, m.
     pub rolling: [f64; 6],
+    /// Standard deviation of the angle between a wheel's plane and the way that it goes, rad.
+    pub toe: f64,
     /// Standard deviation of the moment of each pin beside its force, N m.
     pub pin_moment: f64,
     /// The same of the end stops of the coupling and of the bogies' pins, left and right, N m; 0 away from them.
@@ -143,6 +146,7 @@ impl WholeEquilibrium {
             h_a: core::array::from_fn(|i| column(i, contacts[i].axial)),
             sliding: [0.0; 6],
             rolling: [0.0; 6],
+            toe: NoiseBudget::typical().toe,
             pin_moment: 0.0,
             stop_torque: [0.0; 3],
             dragged: false,

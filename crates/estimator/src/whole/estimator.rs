@@ -18,6 +18,7 @@ use super::estimate::{TipLine, WholeEstimate};
 use super::inputs::{SideInputs, consider, level_loads};
 use super::readings::{SideReadings, WholeFrame};
 use super::{WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
+use crate::common::OBSTACLES;
 use crate::door;
 use crate::estimate::EstimateError;
 use crate::estimator::Estimator;
@@ -132,10 +133,6 @@ const READINGS: [&str; 19] = [
     "motor_torque[4]",
     "motor_torque[5]",
 ];
-
-/// Time over which the roughness of the ground is averaged, s.
-/// Chosen; insensitive.
-const ROUGHNESS_TIME: f64 = 5.0;
 
 impl WholeEstimator {
     /// An estimator for a rover at rest, from its nominal geometry and masses. Of the `settings`
@@ -369,6 +366,7 @@ impl WholeEstimator {
         let mut equations =
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
         equations.slide(&motion, inputs.speed(), &inputs.creep());
+        equations.toe = self.settings.budget.toe;
         equations.pin_moment = self.settings.budget.pin_moment;
         let at_stop = self.coupling_at_stop();
         let of_coupling = stop_torque(at_stop) * self.units.torque();
@@ -404,7 +402,7 @@ impl WholeEstimator {
             &equations,
             &mut forces,
         );
-        let weight = dt.clamp(0.0, ROUGHNESS_TIME) / ROUGHNESS_TIME;
+        let weight = dt.clamp(0.0, OBSTACLES) / OBSTACLES;
         self.roughness += weight * (inputs.roughness() - self.roughness);
         let of_axial = equations.axial_variance(&inputs.traction(), &forces.normal);
         /// Share of the axial forces' variance that is there while the ground is inclined: the drives push the

@@ -2,7 +2,7 @@
 //! errs in the rows beside the inputs.
 
 use super::posture::bogie_index;
-use super::solve::{INPUTS, InputCovariance, WholeForces, input};
+use super::solve::{CORNERING, INPUTS, InputCovariance, WholeForces, input};
 use super::{
     JointMotion, Joints, Link, Rows, Vec3, WholeEquilibrium, WholeError, WholeMotion, WholePosture,
 };
@@ -12,10 +12,6 @@ use crate::settings::NoiseBudget;
 use crate::statics::{CAUSES, DIRECT, LoadCovariance};
 use nalgebra::SVector;
 use robhaz_model::{Coupling, Vec2, WholeRover, perp};
-
-/// Axial force of a wheel whose steering angle errs by half a degree, over the mean load, at a tyre's
-/// cornering stiffness of 8.6 N/N per rad. Textbook.
-const STEERED: f64 = 0.075;
 
 /// What both sides' states say of the rover, SI.
 #[derive(Clone, Copy, Debug)]
@@ -361,9 +357,10 @@ pub(super) fn consider(
             forces.consider(&equations.of_load(link, at, force, Vec3::zeros()));
         }
     }
+    let of_steering = CORNERING * budget.steering * equations.mean_load;
     for (column, is_steered) in equations.h_a.iter().zip(inputs.steered) {
         if is_steered {
-            forces.consider(&(column * (STEERED * equations.mean_load)));
+            forces.consider(&(column * of_steering));
         }
     }
     let traction = inputs.traction();

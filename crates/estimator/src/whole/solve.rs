@@ -33,10 +33,9 @@ const FORCE_Z: usize = 2;
 
 // What no input accounts for, in mean loads of a wheel.
 
-/// Axial forces beyond the part that is proportional to N, where the wheels do not push each other:
-/// a fifth of a degree of toe at a tyre's cornering stiffness of 10 N/N per rad. Textbook;
-/// sensitive.
-const AXIAL: f64 = 0.03;
+/// Axial force of a wheel over N by the angle between its plane and the way that it goes, 1/rad: cornering
+/// stiffness of a tyre, 0.15 a degree. Textbook; sensitive.
+pub(super) const CORNERING: f64 = 0.15 * 180.0 / core::f64::consts::PI;
 /// Share of the variance of axial forces that both wheels of an axle's line have in common: a rigid
 /// body slides across with both. Chosen.
 const OF_AXLE: f64 = 0.7;
@@ -238,7 +237,7 @@ impl WholeEquilibrium {
             seen += axial.y * axial.y + share * axial.x * axial.x;
         }
         let along = square / seen;
-        let least = AXIAL * self.mean_load;
+        let least = CORNERING * self.toe * self.mean_load;
         [along, share * along].map(|push| push + least * least)
     }
 

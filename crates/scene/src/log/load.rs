@@ -174,6 +174,13 @@ keys! {
     wheel_radius ("0.005 of a robot whose errors are not stated, else 0"):
         number(NONE, at_least(0.0).at_most(0.5)) => budget.wheel_radius;
 
+    /// angle by which wheels are not parallel, of logs of both sides: toe, and play of the axles. It makes
+    /// axial forces
+    toe: number(ANGLE, at_least(0.0).at_most(0.2)) => budget.toe;
+
+    /// error of each steering angle, of logs of both sides
+    steering: number(ANGLE, at_least(0.0).at_most(0.2)) => budget.steering;
+
     /// slope across the way, of logs with sides = "one of two": it moves the weight from one side
     /// to the other
     cross_slope: number(ANGLE, at_least(0.0).at_most(1.0)) => budget.cross_slope;

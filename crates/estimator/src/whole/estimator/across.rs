@@ -10,9 +10,6 @@ impl WholeEstimator {
     /// What roll, yaw, steering and the roll of a rear bogie do to the axles of both sides, in the
     /// planes of the wheels.
     pub(super) fn across(&self) -> [Across; 2] {
-        /// Error of a steering angle, rad: half a degree.
-        /// Textbook.
-        const STEERING: f64 = 8.7e-3;
         let [left, right] = self.velocity;
         let speed = 0.5 * (left.x + right.x);
         let (rover, geometry) = (&self.rover, &self.rover.side.geometry);
@@ -42,7 +39,7 @@ impl WholeEstimator {
                 let sideways = self.sliding.sideways + turned;
                 let steered = (c - 1.0) * ahead + s * sideways;
                 across.slope[i] = [c, s * self.roll.angle()];
-                across.slip[i] = libm::fabs(s * ahead) * STEERING;
+                across.slip[i] = libm::fabs(s * ahead) * self.settings.budget.steering;
                 let (mut up, mut raised) = (roll_rate * beside, 0.0);
                 if rear_bogie && geometry.carriers[i].index() != bogie {
                     (up, raised) = (up + coupled.1 * y, coupled.0 * y);

@@ -1,14 +1,12 @@
 //! The rate of yaw, which no side sees, and its bias.
 
+use crate::common::FILTER_TIME;
 use crate::deviation::{SIGNIFICANT, root_sum_square};
 use crate::settings::NoiseBudget;
 
 /// Time after which a yaw rate is that of a turn, s: ground under one wheel turns the rover to and fro.
 /// Chosen; insensitive.
 pub const TURN_TIME: f64 = 0.5;
-/// Time constant of the low pass on the rate of yaw whose derivative is the acceleration, s.
-/// Chosen; insensitive.
-const SMOOTHING: f64 = 0.03;
 
 /// What the gyroscope of the yaw shows.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +64,7 @@ impl Yaw {
         self.rate = reading.map_or(0.0, |rate| rate - *bias);
         self.mean += robhaz_model::low_pass_share(dt, TURN_TIME * time) * (self.rate - self.mean);
         if dt > 0.0 {
-            let weight = robhaz_model::low_pass_share(dt, SMOOTHING * time);
+            let weight = robhaz_model::low_pass_share(dt, FILTER_TIME * time);
             let change = weight * (self.rate - self.smooth);
             self.smooth += change;
             self.acceleration += weight * (change / dt - self.acceleration);
