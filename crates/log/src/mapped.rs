@@ -269,68 +269,56 @@ fn check(channel: &mut Channel, mapping: &Mapping) -> Result<(), LogError> {
     let Rows::Table(_, time) = &channel.rows else {
         return Ok(());
     };
+    // Columns, what is stated of them, and what is allowed.
+    let mut columns: Vec<(&String, Stated, String)> = Vec::new();
     let is_named = |name: &str| name == channel.name || name.is_empty();
     for reading in mapping.readings.iter().filter(|r| is_named(&r.channel)) {
-        let allowed = || {
-            format!(
-                "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
-                reading.name
-            )
-        };
-        if let Some(stated) = stated(reading) {
-            check_unit(channel, &found, &reading.column, &stated, allowed)?;
-        }
+        let allowed = format!(
+            "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
+            reading.name
+        );
+        columns.extend(stated(reading).map(|stated| (&reading.column, stated, allowed)));
     }
     for imu in mapping.imus.iter().filter(|i| is_named(of_rate(i))) {
-        let name = if imu.rate_factor < 1.0 {
-            "deg/s"
-        } else {
-            "rad/s"
-        };
-        let stated = Stated::unscaled(name, Kind::Rate, imu.rate_factor);
-        let allowed = || format!("the `rate_unit` of imu.{} that the column has", imu.link);
-        for column in &imu.angular_velocity {
-            check_unit(channel, &found, column, &stated, allowed)?;
-        }
+        let is_degrees = imu.rate_factor < 1.0;
+        let name = if is_degrees { "deg/s" } else { "rad/s" };
+        columns.extend(imu.angular_velocity.iter().map(|column| {
+            let stated = Stated::unscaled(name, Kind::Rate, imu.rate_factor);
+            let allowed = format!("the `rate_unit` of imu.{} that the column has", imu.link);
+            (column, stated, allowed)
+        }));
     }
     // Two columns have no unit.
-    if time.nanoseconds.is_some() {
-        return Ok(());
+    if time.nanoseconds.is_none() {
+        let name = choice.map_or("s", |choice| choice.time_unit.0);
+        let factor = Unit::of(name).map_or(1.0, |unit| unit.factor);
+        let stated = Stated::unscaled(name, Kind::Time, factor);
+        let allowed = "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns";
+        columns.push((&time.name, stated, allowed.to_owned()));
     }
-    let name = choice.map_or("s", |choice| choice.time_unit.0);
-    let factor = Unit::of(name).map_or(1.0, |unit| unit.factor);
-    let stated = Stated::unscaled(name, Kind::Time, factor);
-    let allowed =
-        || "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns".to_owned();
-    check_unit(channel, &found, &time.name, &stated, allowed)
-}
-
-/// Refuses a column with a unit of its own that does not agree with the `stated` one.
-fn check_unit(
-    channel: &Channel,
-    found: &[ColumnInfo],
-    name: &str,
-    stated: &Stated,
-    allowed: impl Fn() -> String,
-) -> Result<(), LogError> {
-    let taken_for = match stated.kind {
-        Kind::Current => Kind::Torque,
-        kind => kind,
-    };
-    // A time stamp has the unit of its type.
-    let column = found.iter().find(|c| c.name == name && !c.is_time_stamp);
-    let unit = column.and_then(|column| Unit::of_column(column, taken_for));
-    let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) else {
-        return Ok(());
-    };
-    let message = format!(
-        "its unit is {}, and the description states {}; allowed: {}, or rename the column",
-        unit.name,
-        stated.name,
-        allowed()
-    );
-    let place = format!("column {name}");
-    Err(LogError::place(&channel.path, place, message))
+    for (name, stated, allowed) in columns {
+        let taken_for = match stated.kind {
+            Kind::Current => Kind::Torque,
+            kind => kind,
+        };
+        // A time stamp has the unit of its type.
+        let mut units = found.iter().filter(|c| c.name == *name && !c.is_time_stamp);
+        let unit = units
+            .next()
+            .and_then(|column| Unit::of_column(column, taken_for));
+        if let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) {
+            let message = format!(
+                "its unit is {}, and the description states {}; allowed: {allowed}, or rename the column",
+                unit.name, stated.name
+            );
+            return Err(LogError::place(
+                &channel.path,
+                format!("column {name}"),
+                message,
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that the file of a channel has all columns that are named.
