@@ -48,6 +48,16 @@ impl Channel {
         matches!(self, Self::Inclinometer(_) | Self::BodyInclination)
     }
 
+    /// Whether it is the angle of a wheel.
+    pub const fn is_encoder(self) -> bool {
+        matches!(self, Self::Encoder(_))
+    }
+
+    /// Whether it is a torque.
+    pub const fn is_torque(self) -> bool {
+        matches!(self, Self::Torque(_))
+    }
+
     /// Whether it is a rate.
     pub const fn is_rate(self) -> bool {
         matches!(self, Self::Gyro(_) | Self::BodyRate)

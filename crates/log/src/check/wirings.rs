@@ -28,37 +28,26 @@ pub fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
     part_of_drive(frames, |f| (f.time, f.wheel_angle), 0.1, LONGEST)
 }
 
-/// The wirings that are tried, the fewest changes first, each with its contradiction: the sum of the
-/// mean NIS, less the least one of the encoders, since what no wiring changes would only hide their
-/// differences.
-struct Tried(Vec<(Wiring, f64)>);
+/// A wiring with its contradiction: the sum of the mean NIS, less the least one of the encoders of all that are tried,
+/// since what no wiring changes would only hide their differences.
+type Tried = (Wiring, f64);
 
-impl Tried {
-    fn least(&self) -> f64 {
-        let all = self.0.iter().map(|(_, contradiction)| *contradiction);
-        all.fold(f64::INFINITY, f64::min)
-    }
-
-    fn of_log(&self) -> f64 {
-        let mut all = self.0.iter();
-        let own = all.find(|(wiring, _)| *wiring == Wiring::OF_LOG);
-        own.map_or(REFUSED, |(_, contradiction)| *contradiction)
-    }
-
-    fn up_to(&self, most: f64) -> impl Iterator<Item = Wiring> + '_ {
-        let fits = self.0.iter().filter(move |(_, found)| *found <= most);
-        fits.map(|(wiring, _)| *wiring)
-    }
+/// The least contradiction, and that of the log's own wiring.
+fn least_and_own(tried: &[Tried]) -> [f64; 2] {
+    let all = tried.iter().map(|(_, contradiction)| *contradiction);
+    let own = tried.iter().find(|(wiring, _)| *wiring == Wiring::OF_LOG);
+    let own = own.map_or(REFUSED, |(_, contradiction)| *contradiction);
+    [all.fold(f64::INFINITY, f64::min), own]
 }
 
-/// Those in which the torques belong to the encoders of `order`, if these show it, and that of the log. Few
-/// where all agrees as wired (`agrees`).
+/// The wirings in which the torques belong to the encoders of `order`, if these show it, and that of the log, the fewest
+/// changes first. Few where all agrees as wired (`agrees`).
 fn tried(
     part: &[SensorFrame],
     stated: &Stated<'_>,
     order: Option<[usize; 3]>,
     agrees: bool,
-) -> Tried {
+) -> Vec<Tried> {
     let tried = |order: Option<[usize; 3]>, few: bool| {
         let mut wirings = Wiring::all(order);
         if !wirings.contains(&Wiring::OF_LOG) {
@@ -73,14 +62,15 @@ fn tried(
         let of_encoders = judged.iter().map(|found| found.of_encoders);
         let common = of_encoders.fold(f64::INFINITY, f64::min);
         let compared = judged.iter().map(|found| found.nis - common);
-        Tried(wirings.into_iter().zip(compared).collect())
+        wirings.into_iter().zip(compared).collect::<Vec<Tried>>()
     };
     if !agrees {
         return tried(order, false);
     }
     let few = tried(Some(PAIRINGS[0]), true);
     // Where another wiring fits better, the torques may belong to other encoders, too.
-    match few.least() < BETTER * few.of_log() {
+    let [least, own] = least_and_own(&few);
+    match least < BETTER * own {
         true => tried(order, false),
         false => few,
     }
@@ -97,19 +87,22 @@ pub fn finding(
     let is_other = order.is_some_and(|order| order != PAIRINGS[0]);
     let certain = log.certain();
     let mut tried = tried(part, log.stated, order, agrees && !is_other);
-    let of_log = tried.of_log();
+    let [_, of_log] = least_and_own(&tried);
     // Where the torques belong to other encoders, the wiring of the log is none to choose.
-    (tried.0).retain(|(wiring, _)| !is_other || *wiring != Wiring::OF_LOG);
-    let least = tried.least();
+    tried.retain(|(wiring, _)| !is_other || *wiring != Wiring::OF_LOG);
+    let [least, _] = least_and_own(&tried);
+    let up_to = |most: f64| {
+        let fits = tried.iter().filter(move |(_, found)| *found <= most);
+        fits.map(|(wiring, _)| *wiring)
+    };
     // The first that fits as well as the best: the fewest changes.
-    let best = tried.up_to(AS_WELL * least).next();
-    let best = best.unwrap_or(Wiring::OF_LOG);
+    let best = up_to(AS_WELL * least).next().unwrap_or(Wiring::OF_LOG);
     // The log's own wiring excludes another one as far as the other one would have to exclude it.
     let margin = match best == Wiring::OF_LOG {
         true => 1.0 / BETTER,
         false => AS_WELL,
     };
-    let mut as_well: Vec<Wiring> = tried.up_to(margin * least).collect();
+    let mut as_well: Vec<Wiring> = up_to(margin * least).collect();
     as_well.retain(|wiring| ![best, Wiring::OF_LOG].contains(wiring));
     // Where the readings agree far better than stated, or too few of them show it, another wiring
     // that fits better than that of the log is none to choose, but it fits as well.
@@ -122,7 +115,7 @@ pub fn finding(
     let is_certain = certain.is_finite() && better.is_some() && least < share * of_log;
     let figure = format!(
         "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {of_log:.1} as wired, {least:.1} at best",
-        tried.0.len()
+        tried.len()
     );
     let finding = |channel: String| {
         Finding::ok(TEST, channel, figure)
