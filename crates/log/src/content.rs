@@ -46,7 +46,7 @@ pub fn check_values(channels: &[Channel], allows_empty: bool) -> Result<Option<S
                 if is_topic { "messages" } else { "rows" }
             );
             let remedy = match formula.source {
-                Source::Inclination(Upward::Orientation(..), _) if is_topic => {
+                Source::Inclination(Upward::Orientation(..), ..) if is_topic => {
                     "the messages have no orientation (orientation_covariance[0] = -1, or a quaternion of zeros); state inclination = \"acceleration\""
                 }
                 Source::Inclination(..) if is_topic => {

@@ -48,12 +48,15 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
         let is = |value: f64| (found.rate.abs() / value - 1.0).abs() < SCALE_ERROR;
         // An inclinometer in another unit shows the robot's acceleration in it, too; a slow robot
         // has none, but the noise of a sensor is in its unit.
-        let alike = |f: (f64, f64)| f.0.abs() > GATE * f.1 && is_near(f.0.abs(), found.rate.abs());
-        let right = |f: (f64, f64)| f.0.abs() > GATE * f.1 && is_near(f.0.abs(), 1.0);
+        let accelerates_by = |unit: f64| {
+            let (value, sigma) = found.forward.unwrap_or((0.0, 0.0));
+            // The factor between units is 57.3.
+            value.abs() > GATE * sigma && (0.2..5.0).contains(&(value.abs() / unit))
+        };
         let [gyro, inclinometer] = changes.channels[k];
         let quiet = |channel: Channel| has_quiet(&log.findings, &channel.to_string());
-        let is_of_inclinometer = found.forward.is_some_and(alike) || quiet(inclinometer);
-        let is_of_gyro = found.forward.is_some_and(right) || quiet(gyro);
+        let is_of_inclinometer = accelerates_by(found.rate.abs()) || quiet(inclinometer);
+        let is_of_gyro = accelerates_by(1.0) || quiet(gyro);
         let (remedy, wrong, factor) = if is(1.0 / DEGREE) && is_of_gyro {
             let remedy = "the rate is converted from deg/s twice: state unit = \"rad/s\"";
             (remedy, gyro, 1.0 / DEGREE)
@@ -75,11 +78,6 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
     };
     let links = if log.stated.body.is_some() { 1 } else { 2 };
     (0..links).filter_map(unit).collect()
-}
-
-/// Whether an acceleration is that of a unit: the factor between units is 57.3.
-fn is_near(value: f64, unit: f64) -> bool {
-    (0.2..5.0).contains(&(value / unit))
 }
 
 /// Scale of all encoders, by the acceleration that the inclinometers measure, and 1 or -1, the sign
