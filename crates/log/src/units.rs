@@ -175,21 +175,18 @@ impl Unit {
 
 /// The words of a name in which each begins with a capital: `gyroYDps`, `rateDPS`.
 fn humps(part: &str) -> Vec<&str> {
-    let mut words = Vec::new();
+    let chars: Vec<(usize, char)> = part.char_indices().collect();
+    let begins = |k: &usize| {
+        let (before, next) = (chars[k - 1].1, chars.get(k + 1));
+        let ends_lower = before.is_lowercase() || before.is_ascii_digit();
+        let starts_lower = next.is_some_and(|(_, next)| next.is_lowercase());
+        chars[*k].1.is_uppercase() && (ends_lower || starts_lower)
+    };
+    let begins = (1..chars.len()).filter(begins).map(|k| chars[k].0);
     let mut start = 0;
-    let mut before: Option<char> = None;
-    let mut rest = part.char_indices().peekable();
-    while let Some((i, c)) = rest.next() {
-        let ends_lower = before.is_some_and(|b| b.is_lowercase() || b.is_ascii_digit());
-        let starts_lower = rest.peek().is_some_and(|(_, next)| next.is_lowercase());
-        if c.is_uppercase() && i > start && (ends_lower || starts_lower) {
-            words.push(&part[start..i]);
-            start = i;
-        }
-        before = Some(c);
-    }
-    words.push(&part[start..]);
-    words
+    let ends = begins.chain([part.len()]);
+    ends.map(|end| &part[std::mem::replace(&mut start, end)..end])
+        .collect()
 }
 
 /// Largest factor between what is stated and what the column's unit asks for: a gear's efficiency is above a half,

@@ -4,7 +4,7 @@
 
 use crate::check::Recording;
 use crate::check::changes::DEGREE;
-use robhaz_model::{Robot, Units, Vec2};
+use robhaz_model::{Robot, Units, rotate};
 use robhaz_score::signals::{deviation, mean, subtract};
 
 /// Step of the path, m.
@@ -143,10 +143,8 @@ impl<'a> Course<'a> {
         let geometry = &self.robot.geometry;
         let height = |i: usize, k: usize| {
             let [a, b] = links[geometry.carriers[i].index()];
-            let arm: Vec2 = geometry.axles[i] - geometry.pins.q;
             let angle = a * self.inclination[0][k] + b * self.inclination[1][k];
-            let (sin, cos) = angle.sin_cos();
-            arm.x * sin + arm.y * cos
+            rotate(geometry.axles[i] - geometry.pins.q, angle).y
         };
         let steps = 0..self.len();
         [

@@ -167,12 +167,21 @@ impl Level {
         let geometry = &side.geometry;
         let footprint = geometry.wheelbase();
         let (budget, wheels) = (&settings.budget, N as f64);
-        let over = 1.0 / (geometry.wheel_radius * weight::<N>(side));
+        let over = 1.0 / (geometry.wheel_radius * wheels * side.mean_wheel_load());
         let offset = wheels.sqrt() * budget.torque_offset * over;
         let friction = (wheels * budget.gear_friction * over).hypot(budget.rolling_resistance);
         let [first, last] = ways.ends;
-        let (mut allowed, mut resisted) = ([f64::NEG_INFINITY, f64::INFINITY], 0.0_f64);
-        let (mut pushed, usual) = (None, 2.0 * friction);
+        let [at_rest, roll_at_rest] =
+            (ways.rest).map(|(mean, count)| (count > 0.0).then_some(mean));
+        let noise = budget.inclination_noise / ways.rest[0].1.sqrt().max(1.0);
+        let mut found = Self {
+            usual: 2.0 * friction,
+            at_rest,
+            roll_at_rest,
+            even: 3.0 * budget.inclination_bias + GATE * noise,
+            ..Self::default()
+        };
+        let mut allowed = [f64::NEG_INFINITY, f64::INFINITY];
         for (back, sign) in [1.0, -1.0].into_iter().enumerate() {
             let way = ways.way[back];
             // On curved ground a fast robot shows slopes that are none.
@@ -187,31 +196,19 @@ impl Level {
             let sigma = sigma.into_iter().fold(0.0, f64::hypot);
             let beyond = (ways.rise[back] - ways.work[back]) / way;
             let more = GATE * sigma.hypot(friction);
-            resisted = resisted.max(-beyond);
-            let is_push =
-                |push: &f64| push.abs() > usual + GATE * sigma && push.abs() < LARGEST_PUSH;
-            pushed = pushed.or(Some(-beyond).filter(is_push));
+            found.resisted = found.resisted.max(-beyond);
+            let is_push = beyond.abs() > found.usual + GATE * sigma && beyond.abs() < LARGEST_PUSH;
+            found.pushed = found.pushed.or(is_push.then_some(-beyond));
             let [from, to] = match sign > 0.0 {
                 true => [beyond - GATE * sigma, beyond + more],
                 false => [-beyond - more, -beyond + GATE * sigma],
             };
             allowed = [allowed[0].max(from), allowed[1].min(to)];
         }
-        let [at_rest, roll_at_rest] =
-            (ways.rest).map(|(mean, count)| (count > 0.0).then_some(mean));
-        let [(_, count), _] = ways.rest;
-        Self {
-            // Where both ways contradict each other it is no zero.
-            allowed: (allowed[0].is_finite() && allowed[0] <= allowed[1]).then_some(allowed),
-            resisted,
-            usual,
-            pushed,
-            at_rest,
-            roll_at_rest,
-            is_of_body: false,
-            even: 3.0 * budget.inclination_bias
-                + GATE * budget.inclination_noise / count.sqrt().max(1.0),
-        }
+        // Where both ways contradict each other it is no zero.
+        let is_zero = allowed[0].is_finite() && allowed[0] <= allowed[1];
+        found.allowed = is_zero.then_some(allowed);
+        found
     }
 
     /// Whether no error at all is not allowed: then the readings contradict each other.
@@ -323,11 +320,6 @@ impl fmt::Display for Level {
     }
 }
 
-/// Weight that `N` wheels carry, N.
-fn weight<const N: usize>(side: &Robot) -> f64 {
-    N as f64 / 3.0 * side.mass.total() * side.gravity
-}
-
 /// The readings with the last ones where there are none; `None` before there is one of each.
 fn hold<const N: usize>(held: &mut [Option<f64>; N], read: [Option<f64>; N]) -> Option<[f64; N]> {
     for (held, value) in held.iter_mut().zip(read) {
@@ -414,7 +406,7 @@ impl Ways {
             self.speed = self.speed.max(way.abs() / step);
             self.way[back] += way.abs();
             self.rise[back] += way * slope.sin();
-            self.work[back] += work.sum::<f64>() / weight::<N>(side);
+            self.work[back] += work.sum::<f64>() / (N as f64 * side.mean_wheel_load());
         }
         Some(())
     }

@@ -13,7 +13,7 @@
 //! link. Masses, zeros and constant scales have no part in it.
 
 use crate::check::recording::add;
-use crate::check::rewire::moved;
+use crate::check::rewire::{self, moved};
 use crate::check::wiring::Wiring;
 use crate::check::{Change, Channel, Finding, Readings};
 use robhaz_estimator::PAIRINGS;
@@ -208,10 +208,7 @@ impl Hung {
     }
 
     fn fault(self, mut finding: Finding, as_well: &[Self]) -> Finding {
-        let lines = as_well
-            .iter()
-            .map(|hung| format!("\nfits as well: {}", hung.words()));
-        let remedy = self.words() + &lines.collect::<String>();
+        let remedy = self.words() + &rewire::as_well(as_well.iter().map(|hung| hung.words()));
         finding.channel = match moved(self.order).collect::<Vec<_>>()[..] {
             [] => ROBOT_FILE.to_owned(),
             [a, b] => {

@@ -144,6 +144,13 @@ pub fn moved(order: [usize; 3]) -> impl Iterator<Item = usize> {
     (0..3).filter(move |i| order[*i] != *i)
 }
 
+/// What else fits, as lines of a remedy.
+pub fn as_well(words: impl Iterator<Item = String>) -> String {
+    words
+        .map(|words| format!("\nfits as well: {words}"))
+        .collect()
+}
+
 /// The names of channels.
 pub fn names(channels: impl Iterator<Item = Channel>) -> Vec<String> {
     channels.map(|channel| channel.to_string()).collect()

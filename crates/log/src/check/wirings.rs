@@ -7,6 +7,7 @@
 use crate::check::judgement::{AGREE, BETTER, Judgement, REFUSED};
 use crate::check::recording::part_of_drive;
 use crate::check::rest::has_quiet;
+use crate::check::rewire::as_well;
 use crate::check::wiring::Wiring;
 use crate::check::{Finding, Readings, Stated};
 use robhaz_estimator::{PAIRINGS, SensorFrame};
@@ -102,12 +103,12 @@ pub fn finding(
         true => 1.0 / BETTER,
         false => AS_WELL,
     };
-    let mut as_well: Vec<Wiring> = up_to(margin * least).collect();
-    as_well.retain(|wiring| ![best, Wiring::OF_LOG].contains(wiring));
+    let mut alike: Vec<Wiring> = up_to(margin * least).collect();
+    alike.retain(|wiring| ![best, Wiring::OF_LOG].contains(wiring));
     // Where the readings agree far better than stated, or too few of them show it, another wiring
     // that fits better than that of the log is none to choose, but it fits as well.
     let better = Some(best).filter(|best| *best != Wiring::OF_LOG && of_log > AGREE);
-    let others: Vec<Wiring> = better.into_iter().chain(as_well.iter().copied()).collect();
+    let others: Vec<Wiring> = better.into_iter().chain(alike.iter().copied()).collect();
     let share = match certain {
         certain if certain <= 0.0 => BETTER,
         _ => 1.0 / FAR_BETTER,
@@ -127,7 +128,7 @@ pub fn finding(
         let remedy = "correct the unit of the torques, or state their noise, first";
         (finding(CHANNEL.to_owned()).cannot_tell(remedy), None)
     } else if is_certain || best != Wiring::OF_LOG && is_other {
-        let remedy = format!("{}{}", best.words(), also(&as_well));
+        let remedy = format!("{}{}", best.words(), also(&alike));
         (finding(best.channels()).fault(remedy), Some(best))
     } else if let [other, ..] = others[..] {
         let remedy = format!(
@@ -142,8 +143,7 @@ pub fn finding(
 
 /// Wirings that fit as well as the best, in words, a line each.
 fn also(wirings: &[Wiring]) -> String {
-    let line = |wiring: &Wiring| format!("\nfits as well: {}", wiring.words());
-    let mut lines: String = wirings.iter().take(MOST_SHOWN).map(line).collect();
+    let mut lines = as_well(wirings.iter().take(MOST_SHOWN).map(Wiring::words));
     if let more @ 1.. = wirings.len().saturating_sub(MOST_SHOWN) {
         lines += &format!("\nand {more} more");
     }

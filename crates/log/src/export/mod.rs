@@ -2,14 +2,18 @@
 
 mod forces;
 mod odometry;
+mod readings;
 mod sensors;
 mod topics;
 
+pub use readings::Exported;
+
 use crate::place::no_table;
 use crate::{Channels, LogError, LogPlace, own_names};
-use forces::{Forces, cut_off, forces_in};
+use forces::{Forces, forces_in};
+use readings::read;
 use robhaz_run::Stop;
-use robhaz_scene::{LogChoice, Reading, Values};
+use robhaz_scene::{LogChoice, Reading};
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
@@ -22,17 +26,6 @@ pub enum ExportFormat {
     Mcap,
     /// One table of text.
     Csv,
-}
-
-/// What was written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Exported {
-    /// Number of rows of readings.
-    pub rows: u64,
-    /// Topics, or tables whose columns were joined.
-    pub parts: Vec<String>,
-    /// What the user should know, one line each.
-    pub warnings: Vec<String>,
 }
 
 /// Writes the folder of a run or of an estimate into a file. MCAP gets the folder's description,
@@ -112,28 +105,4 @@ fn write_csv(
     })?;
     text.flush().map_err(LogError::write(out))?;
     Ok(exported)
-}
-
-/// Hands all rows of readings to `add`, until `stop` has a cause: time (s) and numbers. Returns what
-/// was written, under the names of its `parts`.
-fn read(
-    readings: &Channels,
-    parts: Vec<String>,
-    stop: Stop<'_>,
-    mut add: impl FnMut(f64, Values) -> Result<(), LogError>,
-) -> Result<Exported, LogError> {
-    let mut rows = 0;
-    let why = readings.read(|channel, row| {
-        stop().map_or(Ok(()), |cause| Err(LogError::Stopped(cause)))?;
-        rows += 1;
-        let values = readings.all[channel].values(&row.cells);
-        add(row.stamp.seconds(), values)
-    })?;
-    let why = why.iter().flatten();
-    let warnings = why.map(|why| cut_off(&readings.all[0].path, why));
-    Ok(Exported {
-        rows,
-        parts,
-        warnings: warnings.collect(),
-    })
 }

@@ -2,8 +2,8 @@
 
 use super::forces::{Forces, OF_MESSAGE, SLIP, SLOPE};
 use super::odometry::{Odometry, Step};
+use super::readings::{Exported, read};
 use super::sensors::Sensors;
-use super::{Exported, read};
 use crate::messages::{
     FORCES, ODOMETRY, Schema, WRENCH, encode_numbers, encode_wrench, nanoseconds,
 };
