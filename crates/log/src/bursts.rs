@@ -28,9 +28,8 @@ pub fn spread(channel: &mut Channel) -> Option<String> {
     let steps = channel.times.windows(many + 1);
     // A count of rows.
     let step = median(steps.map(|w| (w[many] - w[0]) / many as f64).collect())?;
-    let instants = instants(channel, step);
-    let bursts = bursts(&instants, &channel.times);
-    let (count, first) = (instants.last()?.instant + 1, bursts.first()?.last);
+    let (mut instants, bursts) = bursts(channel, step);
+    let (count, first) = (instants.last()? + 1, bursts.first()?.last);
     // Counts of instants.
     let mean = count as f64 / bursts.len() as f64;
     let period = period(&bursts)?;
@@ -43,9 +42,10 @@ pub fn spread(channel: &mut Channel) -> Option<String> {
         .map(|k| time_of(k, &bursts, period))
         .collect();
     smooth_clock(&mut clock, period);
-    let old = instants.iter().filter(|row| row.instant < first).count();
-    let kept = instants.iter().filter(|row| row.instant >= first);
-    let mut times: Vec<f64> = kept.map(|row| clock[row.instant - first]).collect();
+    instants.retain(|instant| *instant >= first);
+    let old = channel.times.len() - instants.len();
+    let times = instants.iter().map(|instant| clock[instant - first]);
+    let mut times: Vec<f64> = times.collect();
     // Rows of one instant keep their order.
     for k in 1..times.len() {
         times[k] = times[k].max(times[k - 1] + APART);
@@ -64,53 +64,8 @@ pub fn spread(channel: &mut Channel) -> Option<String> {
     ))
 }
 
-/// Which burst and which instant a row is of.
-#[derive(Clone, Copy)]
-struct Row {
-    burst: usize,
-    instant: usize,
-}
-
-/// Of each row; `step` is the mean time between rows, s. Topics that are close in time are of one instant: a row with
-/// cells that its other rows lack, or whose changed cells none of them has changed.
-fn instants(channel: &Channel, step: f64) -> Vec<Row> {
-    let columns = channel.columns.len();
-    // What the cells of the instant have, what of it is new, and the last values.
-    let (mut there, mut changed) = (vec![false; columns], vec![false; columns]);
-    let mut last = vec![f64::NAN; columns];
-    let mut now = Row {
-        burst: 0,
-        instant: 0,
-    };
-    let mut before: Option<f64> = None;
-    let of_row = |(row, time): (&[f64], &f64)| {
-        let is_behind = before.is_some_and(|before| time - before <= TOGETHER * step);
-        let cell = |k: usize| row.get(k).copied().filter(|cell| !cell.is_nan());
-        let is_new = |k: usize| cell(k).is_some_and(|cell| cell.to_bits() != last[k].to_bits());
-        let adds = (0..columns).any(|k| cell(k).is_some() && !there[k]);
-        let changes = (0..columns).any(&is_new);
-        let is_apart = changes && !(0..columns).any(|k| is_new(k) && changed[k]);
-        let is_first = !(is_behind && (adds || is_apart));
-        if before.is_some() {
-            now.burst += usize::from(!is_behind);
-            now.instant += usize::from(is_first);
-        }
-        for k in 0..columns {
-            let (was, had) = (changed[k] && !is_first, there[k] && !is_first);
-            changed[k] = was || is_new(k);
-            there[k] = had || cell(k).is_some();
-        }
-        for (last, cell) in last.iter_mut().zip((0..columns).map(cell)) {
-            *last = cell.unwrap_or(*last);
-        }
-        before = Some(*time);
-        now
-    };
-    channel.rows().zip(&channel.times).map(of_row).collect()
-}
-
 /// A burst: its first and last instant, and when its last row came, s.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Burst {
     first: usize,
     last: usize,
@@ -124,21 +79,45 @@ impl Burst {
     }
 }
 
-/// The bursts, in order of time.
-fn bursts(rows: &[Row], times: &[f64]) -> Vec<Burst> {
-    let mut bursts: Vec<Burst> = Vec::new();
-    for (row, time) in rows.iter().zip(times) {
-        if bursts.len() <= row.burst {
-            bursts.push(Burst {
-                first: row.instant,
-                ..Burst::default()
-            });
+/// The instant of each row, and the bursts in order of time; `step` is the mean time between rows, s. Topics that are close
+/// in time are of one instant: a row with cells that its other rows lack, or whose changed cells none of them has
+/// changed.
+fn bursts(channel: &Channel, step: f64) -> (Vec<usize>, Vec<Burst>) {
+    let columns = channel.columns.len();
+    // What the cells of the instant have, what of it is new, and the last values.
+    let (mut there, mut changed) = (vec![false; columns], vec![false; columns]);
+    let mut last = vec![f64::NAN; columns];
+    let (mut instants, mut bursts) = (Vec::new(), Vec::<Burst>::new());
+    for (row, time) in channel.rows().zip(&channel.times) {
+        let cell = |k: usize| row.get(k).copied().filter(|cell| !cell.is_nan());
+        let is_new = |k: usize| cell(k).is_some_and(|cell| cell.to_bits() != last[k].to_bits());
+        let adds = (0..columns).any(|k| cell(k).is_some() && !there[k]);
+        let changes = (0..columns).any(&is_new);
+        let is_apart = changes && !(0..columns).any(|k| is_new(k) && changed[k]);
+        let burst = bursts.last_mut();
+        let burst = burst.filter(|burst| time - burst.arrival <= TOGETHER * step);
+        let is_first = burst.is_none() || !(adds || is_apart);
+        let before = instants.last().copied();
+        let instant = before.map_or(0, |before| before + usize::from(is_first));
+        instants.push(instant);
+        match burst {
+            Some(burst) => (burst.last, burst.arrival) = (instant, *time),
+            None => bursts.push(Burst {
+                first: instant,
+                last: instant,
+                arrival: *time,
+            }),
         }
-        if let Some(burst) = bursts.last_mut() {
-            (burst.last, burst.arrival) = (row.instant, *time);
+        for k in 0..columns {
+            let (was, had) = (changed[k] && !is_first, there[k] && !is_first);
+            changed[k] = was || is_new(k);
+            there[k] = had || cell(k).is_some();
+        }
+        for (last, cell) in last.iter_mut().zip((0..columns).map(cell)) {
+            *last = cell.unwrap_or(*last);
         }
     }
-    bursts
+    (instants, bursts)
 }
 
 /// Time from one instant to the next, s: that from burst to burst over the instants of the later one, without the

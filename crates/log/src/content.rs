@@ -46,7 +46,7 @@ pub fn check_values(channels: &[Channel], allows_empty: bool) -> Result<Option<S
                 if is_topic { "messages" } else { "rows" }
             );
             let remedy = match formula.source {
-                Source::Inclination(Upward::Orientation(..), _) if is_topic => {
+                Source::Inclination(Upward::Orientation(..), ..) if is_topic => {
                     "the messages have no orientation (orientation_covariance[0] = -1, or a quaternion of zeros); state inclination = \"acceleration\""
                 }
                 Source::Inclination(..) if is_topic => {
@@ -218,4 +218,34 @@ pub fn use_contact_angles(
         notice += &format!("; {} runs without them", could.join(" or "));
     }
     Ok((!left_out.is_empty()).then_some(notice))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Clock;
+    use crate::mapped::{FORWARD, UP, direction};
+    use std::path::Path;
+
+    /// Messages without an orientation are named as such, of a link as of a body that rolls.
+    #[test]
+    fn messages_without_an_orientation_are_named() {
+        for (name, both) in [("link1_inclination", false), ("body_inclination", true)] {
+            let reading = Reading::named(name).expect("a reading");
+            let upward = Upward::Orientation([0, 1, 2, 3], 1.0);
+            let topic = Rows::Topic(String::new(), Clock::Header);
+            let channel = Channel {
+                columns: vec![String::new(); 4],
+                times: vec![0.0],
+                cells: vec![f64::NAN; 4],
+                readings: vec![(reading, direction(name, upward, [FORWARD, UP], both))],
+                ..Channel::new(String::new(), Path::new(""), topic)
+            };
+            for allows_empty in [false, true] {
+                let found = check_values(std::slice::from_ref(&channel), allows_empty);
+                let error = found.expect_err("no value").to_string();
+                assert!(error.contains("no orientation"), "{error}");
+            }
+        }
+    }
 }

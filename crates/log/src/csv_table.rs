@@ -130,8 +130,7 @@ impl Numbers<'_> {
         let message = format!(
             "found {found} cells, allowed: {expected}, as many as names in the first line; correct or remove this line"
         );
-        let place = format!("line {}", row.line);
-        Err(LogError::place(self.path, place, message))
+        Err(LogError::place(self.path, Place("line", row.line), message))
     }
 
     /// The number of a cell, not a number of an empty one: a lost reading.
@@ -149,25 +148,23 @@ impl Numbers<'_> {
     fn check_thousands(&self, columns: &[usize]) -> Result<(), LogError> {
         for column in columns {
             if let Some((line, cell)) = self.groupings[*column].thousands(false) {
-                let place = format!("line {line}, column {}", self.names[*column]);
-                let message = format!("found {cell:?}, allowed: {NO_THOUSANDS}");
-                return Err(LogError::place(self.path, place, message));
+                return Err(self.refused(line, *column, cell, NO_THOUSANDS));
             }
         }
         Ok(())
     }
 
-    fn refused(&self, row: &TextRow, column: usize, allowed: &str) -> LogError {
-        let place = format!("line {}, column {}", row.line, self.names[column]);
-        let found = shortened(&row.text(column));
-        let message = format!("found {found:?}, allowed: {allowed}");
+    fn refused(&self, line: u64, column: usize, cell: &str, allowed: &str) -> LogError {
+        let place = format!("line {line}, column {}", self.names[column]);
+        let message = format!("found {:?}, allowed: {allowed}", shortened(cell));
         LogError::place(self.path, place, message)
     }
 
     /// The number of a cell; `also` says what else is allowed.
     fn read(&mut self, row: &TextRow, column: usize, also: &str) -> Result<f64, LogError> {
-        let read = self.decimals.read(&row.text(column), row.line);
-        read.map_err(|allowed| self.refused(row, column, &format!("{allowed}{also}")))
+        let text = row.text(column);
+        let read = self.decimals.read(&text, row.line);
+        read.map_err(|allowed| self.refused(row.line, column, &text, &format!("{allowed}{also}")))
     }
 
     /// The stamp of a row: of a column in a unit, or of whole seconds and a column of nanoseconds.
@@ -182,7 +179,7 @@ impl Numbers<'_> {
         let stamp = if let Some(rest) = nanoseconds {
             let [seconds, nanoseconds] = [column, rest].map(|c| self.read(row, c, ""));
             let stamp = Stamp::of_parts(seconds?, nanoseconds?);
-            return stamp.ok_or_else(|| self.refused(row, rest, WHOLE_STAMP));
+            return stamp.ok_or_else(|| self.refused(row.line, rest, &row.text(rest), WHOLE_STAMP));
         } else if let (true, Ok(whole)) = (unit != TimeUnit::SECOND, text.parse::<i64>()) {
             unit.of_whole(whole)
         } else if decimal(&text).is_some() {
@@ -190,7 +187,7 @@ impl Numbers<'_> {
         } else {
             iso8601::parse(&text)
         };
-        stamp.ok_or_else(|| self.refused(row, column, EVERY_ROW))
+        stamp.ok_or_else(|| self.refused(row.line, column, &text, EVERY_ROW))
     }
 }
 

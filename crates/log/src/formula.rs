@@ -22,10 +22,9 @@ pub enum Source {
     /// A cell, by its index in the row.
     Cell(usize),
     /// The inclination, rad: angle of the direction up, seen from the sensor's axes that point
-    /// forward and up in the nominal pose.
-    Inclination(Upward, [[f64; 3]; 2]),
-    /// The same with respect to the level across, of a log of both sides: a roll does not change it.
-    Pitch(Upward, [[f64; 3]; 2]),
+    /// forward and up in the nominal pose; of a body that rolls (true) with respect to the level across, so that a roll
+    /// does not change it.
+    Inclination(Upward, [[f64; 3]; 2], bool),
     /// The rate about an axis, such as that across the robot, nose up positive: cells x y z of the angular
     /// velocity, and that axis.
     Rate([usize; 3], [f64; 3]),
@@ -61,14 +60,11 @@ impl Formula {
     pub fn value(&self, cells: &[f64]) -> Option<f64> {
         let found = match self.source {
             Source::Cell(cell) => all(cells, [cell])?[0],
-            Source::Inclination(up, axes) | Source::Pitch(up, axes) => {
+            Source::Inclination(up, axes, rolls) => {
                 let direction = up.direction(cells)?;
                 let [forward, upward] = axes.map(|axis| dot(direction, axis));
                 let left = || dot(direction, across(axes[1], axes[0]));
-                let level = match self.source {
-                    Source::Pitch(..) => left().hypot(upward),
-                    _ => upward,
-                };
+                let level = if rolls { left().hypot(upward) } else { upward };
                 let has_length = forward != 0.0 || level != 0.0;
                 has_length.then(|| forward.atan2(level))?
             }
@@ -139,7 +135,7 @@ mod tests {
     #[test]
     fn an_imu_gives_inclination_and_rate() {
         let inclination = |up| Formula {
-            source: Source::Inclination(up, [X, Z]),
+            source: Source::Inclination(up, [X, Z], false),
             ..Formula::of_cell(0)
         };
         let (sin, cos) = 0.3_f64.sin_cos();
@@ -154,7 +150,7 @@ mod tests {
         // y, and so is its rate.
         let down = [0.0, 0.0, -1.0];
         let aviation = Formula {
-            source: Source::Inclination(Upward::Orientation([0, 1, 2, 3], -1.0), [X, down]),
+            source: Source::Inclination(Upward::Orientation([0, 1, 2, 3], -1.0), [X, down], false),
             ..Formula::of_cell(0)
         };
         let found = aviation.value(&[0.0, -sin, 0.0, cos]);
@@ -194,10 +190,10 @@ mod tests {
         };
         let up = Upward::SpecificForce([0, 1, 2]);
         for (cells, forward) in [(force, X), (turned, [0.0, 1.0, 0.0])] {
-            let found = of(Source::Pitch(up, [forward, Z]), &cells);
+            let found = of(Source::Inclination(up, [forward, Z], true), &cells);
             assert!((found - pitch).abs() < 1e-15, "{found}");
             let left = across(Z, forward);
-            let found = of(Source::Inclination(up, [left, Z]), &cells);
+            let found = of(Source::Inclination(up, [left, Z], false), &cells);
             assert!((found - roll).abs() < 1e-15, "{found}");
         }
     }
@@ -206,7 +202,7 @@ mod tests {
     #[test]
     fn a_missing_cell_is_a_missing_reading() {
         let inclination = Formula {
-            source: Source::Inclination(Upward::SpecificForce([0, 1, 2]), [X, Z]),
+            source: Source::Inclination(Upward::SpecificForce([0, 1, 2]), [X, Z], false),
             ..Formula::of_cell(0)
         };
         assert_eq!(inclination.value(&[0.0; 3]), None);

@@ -43,7 +43,7 @@ pub fn of_speeds(channels: &mut [Channel], budget: &mut f64) -> Vec<String> {
 
 /// Replaces speeds at their times (s) by their integral from the first one on. A row without a speed has no angle; the
 /// next one has the turn since the last.
-fn integrate<'a>(speeds: impl Iterator<Item = (f64, &'a mut f64)>) {
+pub fn integrate<'a>(speeds: impl Iterator<Item = (f64, &'a mut f64)>) {
     let (mut angle, mut before) = (0.0, None::<(f64, f64)>);
     for (time, speed) in speeds {
         if let Some((then, last)) = before {

@@ -13,7 +13,7 @@
 //! does. What a step errs by has the covariance `-2 sigma^2` with what the stamps say of it.
 
 use robhaz_estimator::SensorFrame;
-use robhaz_score::signals::median;
+use robhaz_score::signals::{fit, mean, median, rms};
 
 /// Steps before and behind a step over which its speed is taken.
 const STEPS: usize = 8;
@@ -213,18 +213,16 @@ fn uneven(steps: &[Option<Step>], unit: Option<f64>) -> Option<f64> {
     if steps.len() < 2 * LEAST_PAIRS {
         return None;
     }
-    let count = steps.len() as f64;
-    let mean = |of: &dyn Fn(&Step) -> f64| steps.iter().map(|s| of(s)).sum::<f64>() / count;
-    let (error, stamped) = (mean(&|s| s.error), mean(&|s| s.stamped));
-    let product = mean(&|s| (s.error - error) * (s.stamped - stamped));
-    let variance = mean(&|s| (s.stamped - stamped).powi(2));
-    if variance <= 0.0 {
-        return None;
-    }
-    let slope = product / variance;
-    let left = mean(&|s| (s.error - error - slope * (s.stamped - stamped)).powi(2));
-    let deviation = (left / (count * variance)).sqrt();
-    let by_chance = -slope <= SIGNIFICANT * deviation;
+    let beside_mean = |of: fn(&Step) -> f64| -> Vec<f64> {
+        let all: Vec<f64> = steps.iter().map(|step| of(step)).collect();
+        let mean = mean(&all).unwrap_or(0.0);
+        all.iter().map(|x| x - mean).collect()
+    };
+    let stamped = beside_mean(|step| step.stamped);
+    let found = fit(&beside_mean(|step| step.error), &[&stamped])?;
+    let variance = rms(&stamped).powi(2);
+    let slope = found.coefficients[0];
+    let by_chance = -slope <= SIGNIFICANT * found.deviations[0];
     let unturned = if by_chance { 0.0 } else { -slope };
     // A step has the errors of two stamps. An even clock in whole units errs by all of a unit, which few steps show where
     // the period is nearly a whole number of them.

@@ -3,7 +3,7 @@
 use crate::bag::{self, is_mcap};
 use crate::channel::stem;
 use crate::formula::across;
-use crate::units::{Kind, Stated, Unit};
+use crate::units::{Kind, Unit};
 use crate::{
     Channel, Clock, ColumnInfo, Formula, LogError, Rows, Source, TimeColumn, TimeUnit, Upward,
 };
@@ -182,9 +182,8 @@ pub const UP: [f64; 3] = [0.0, 0.0, 1.0];
 pub fn direction(name: &str, from: Upward, axes: [[f64; 3]; 2], both: bool) -> Formula {
     let [forward, up] = axes;
     let source = match name {
-        _ if !both => Source::Inclination(from, axes),
-        "body_roll" => Source::Inclination(from, [across(up, forward), up]),
-        _ => Source::Pitch(from, axes),
+        "body_roll" => Source::Inclination(from, [across(up, forward), up], false),
+        _ => Source::Inclination(from, axes, both),
     };
     Formula {
         is_direction: true,
@@ -269,68 +268,49 @@ fn check(channel: &mut Channel, mapping: &Mapping) -> Result<(), LogError> {
     let Rows::Table(_, time) = &channel.rows else {
         return Ok(());
     };
+    // Columns, what is stated of them, unit and scale, and what is allowed.
+    let mut columns: Vec<(&String, Option<Unit>, f64, String)> = Vec::new();
     let is_named = |name: &str| name == channel.name || name.is_empty();
     for reading in mapping.readings.iter().filter(|r| is_named(&r.channel)) {
-        let allowed = || {
-            format!(
-                "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
-                reading.name
-            )
-        };
-        if let Some(stated) = stated(reading) {
-            check_unit(channel, &found, &reading.column, &stated, allowed)?;
-        }
+        let allowed = format!(
+            "the `unit` of reading.{} that the column has, or, of a unit that no key states, its factor to SI as `scale`",
+            reading.name
+        );
+        columns.push((&reading.column, stated(reading), reading.scale, allowed));
     }
     for imu in mapping.imus.iter().filter(|i| is_named(of_rate(i))) {
-        let name = if imu.rate_factor < 1.0 {
-            "deg/s"
-        } else {
-            "rad/s"
-        };
-        let stated = Stated::unscaled(name, Kind::Rate, imu.rate_factor);
-        let allowed = || format!("the `rate_unit` of imu.{} that the column has", imu.link);
+        let is_degrees = imu.rate_factor < 1.0;
+        let name = if is_degrees { "deg/s" } else { "rad/s" };
         for column in &imu.angular_velocity {
-            check_unit(channel, &found, column, &stated, allowed)?;
+            let allowed = format!("the `rate_unit` of imu.{} that the column has", imu.link);
+            columns.push((column, Unit::of(name), 1.0, allowed));
         }
     }
     // Two columns have no unit.
-    if time.nanoseconds.is_some() {
-        return Ok(());
+    if time.nanoseconds.is_none() {
+        let stated = Unit::of(choice.map_or("s", |choice| choice.time_unit.0));
+        let allowed = "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns";
+        columns.push((&time.name, stated, 1.0, allowed.to_owned()));
     }
-    let name = choice.map_or("s", |choice| choice.time_unit.0);
-    let factor = Unit::of(name).map_or(1.0, |unit| unit.factor);
-    let stated = Stated::unscaled(name, Kind::Time, factor);
-    let allowed =
-        || "the `time_unit` of the [[channel]] that the column has: s, ms, us, ns".to_owned();
-    check_unit(channel, &found, &time.name, &stated, allowed)
-}
-
-/// Refuses a column with a unit of its own that does not agree with the `stated` one.
-fn check_unit(
-    channel: &Channel,
-    found: &[ColumnInfo],
-    name: &str,
-    stated: &Stated,
-    allowed: impl Fn() -> String,
-) -> Result<(), LogError> {
-    let taken_for = match stated.kind {
-        Kind::Current => Kind::Torque,
-        kind => kind,
-    };
-    // A time stamp has the unit of its type.
-    let column = found.iter().find(|c| c.name == name && !c.is_time_stamp);
-    let unit = column.and_then(|column| Unit::of_column(column, taken_for));
-    let Some(unit) = unit.filter(|unit| !stated.agrees(unit)) else {
-        return Ok(());
-    };
-    let message = format!(
-        "its unit is {}, and the description states {}; allowed: {}, or rename the column",
-        unit.name,
-        stated.name,
-        allowed()
-    );
-    let place = format!("column {name}");
-    Err(LogError::place(&channel.path, place, message))
+    for (name, stated, scale, allowed) in columns {
+        let Some(stated) = stated else { continue };
+        let taken_for = match stated.kind {
+            Kind::Current => Kind::Torque,
+            kind => kind,
+        };
+        // A time stamp has the unit of its type.
+        let mut own = found.iter().filter(|c| c.name == *name && !c.is_time_stamp);
+        let unit = own.next().and_then(|own| Unit::of_column(own, taken_for));
+        if let Some(unit) = unit.filter(|unit| !stated.agrees(scale, unit)) {
+            let message = format!(
+                "its unit is {}, and the description states {}; allowed: {allowed}, or rename the column",
+                unit.name, stated.name
+            );
+            let place = format!("column {name}");
+            return Err(LogError::place(&channel.path, place, message));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that the file of a channel has all columns that are named.
@@ -356,17 +336,13 @@ fn check_names(channel: &Channel, found: &[ColumnInfo]) -> Result<(), LogError> 
     Err(LogError::whole(&channel.path, message))
 }
 
-/// What is stated of a reading's column.
-fn stated(reading: &ReadingChoice) -> Option<Stated> {
-    let unit = Unit::of(reading.unit)?;
-    let turn = reading.counts.max(1.0);
-    let (kind, factor) = match unit.kind {
-        Kind::Counts => (Kind::Angle, TAU / turn),
-        kind => (kind, unit.factor),
-    };
-    let mut stated = Stated::unscaled(reading.unit, kind, factor);
-    stated.scale = reading.scale;
-    Some(stated)
+/// The unit that is stated of a reading's column; of counts that of the angle.
+fn stated(reading: &ReadingChoice) -> Option<Unit> {
+    let mut unit = Unit::of(reading.unit)?;
+    if unit.kind == Kind::Counts {
+        (unit.kind, unit.factor) = (Kind::Angle, TAU / reading.counts.max(1.0));
+    }
+    Some(unit)
 }
 
 /// What can be read in place of missing columns: the speed of a joint without a position.

@@ -90,11 +90,11 @@ impl<'p> Messages<'p> {
         })
     }
 
-    /// Hands the next message to `of`, with the topics so far; `None` at the end.
-    fn next<T>(
+    /// Hands the next message to `of`, with the topics so far. Whether there is one.
+    fn next(
         &mut self,
-        of: impl FnOnce(&Topics, Message<'_>) -> Result<T, LogError>,
-    ) -> Result<Option<T>, LogError> {
+        of: impl FnOnce(&Topics, Message<'_>) -> Result<(), LogError>,
+    ) -> Result<bool, LogError> {
         while let Some(event) = self.reader.next_event() {
             let path = self.path;
             let damaged = |count: u64, error: McapError| {
@@ -121,7 +121,7 @@ impl<'p> Messages<'p> {
                 self.count += 1;
                 let message = Message::of(data);
                 let message = message.ok_or_else(|| damaged(self.count, McapError::UnexpectedEof));
-                return of(&self.topics, message?).map(Some);
+                return of(&self.topics, message?).map(|()| true);
             }
             let record = mcap::parse_record(opcode, data);
             match record.map_err(|error| damaged(self.count, error))? {
@@ -139,7 +139,7 @@ impl<'p> Messages<'p> {
                 _ => {}
             }
         }
-        Ok(None)
+        Ok(false)
     }
 }
 
@@ -166,50 +166,50 @@ pub fn columns(
     topic: &str,
     wanted: &[String],
 ) -> Result<Vec<ColumnInfo>, LogError> {
-    let mut found: Option<Vec<ColumnInfo>> = None;
-    let mut topics = Topics::new();
-    let is_complete = |found: &[ColumnInfo]| {
-        let has = |column: &String| found.iter().any(|c| c.name == *column);
-        wanted.iter().all(has)
-    };
+    let mut found: Option<Vec<String>> = None;
+    let mut topics = BTreeSet::new();
+    let is_complete = |found: &Vec<String>| wanted.iter().all(|name| found.contains(name));
     for path in files {
         let mut messages = Messages::open(path)?;
-        while !found.as_deref().is_some_and(is_complete) {
-            let next = messages.next(|topics, message| {
+        while !found.as_ref().is_some_and(is_complete) {
+            let is_there = messages.next(|topics, message| {
                 let of_topic = topics.get(&message.channel);
-                let of_topic = of_topic.filter(|of| of.channel.topic == topic);
-                let Some(of_topic) = of_topic else {
+                let Some(of_topic) = of_topic.filter(|of| of.channel.topic == topic) else {
                     return Ok(());
                 };
                 let known = found.get_or_insert_default();
                 for number in decode(path, of_topic, message.data)?.1 {
-                    let column = ColumnInfo {
-                        name: number.column(),
-                        unit: None,
-                        is_time_stamp: false,
-                    };
-                    if !known.contains(&column) {
-                        known.push(column);
+                    let name = number.column();
+                    if !known.contains(&name) {
+                        known.push(name);
                     }
                 }
                 Ok(())
             })?;
-            if next.is_none() {
+            if !is_there {
                 break;
             }
         }
-        topics.extend(messages.topics);
+        let of_file = messages.topics.values();
+        topics.extend(of_file.map(|topic| format!("{} ({})", topic.channel.topic, topic.schema)));
     }
-    found.ok_or_else(|| {
-        let topics = topics.values();
-        let known = topics.map(|topic| format!("{} ({})", topic.channel.topic, topic.schema));
-        let known: Vec<String> = known.collect::<BTreeSet<String>>().into_iter().collect();
+    let Some(found) = found else {
+        let known: Vec<String> = topics.into_iter().collect();
         let message = format!(
             "has no message of the topic {topic}; found the topics {}; state topics with --sensors SENSORS.toml (docs/logs.md)",
             known.join(", ")
         );
-        LogError::whole(files.first().unwrap_or(&Path::new("")), message)
-    })
+        return Err(LogError::whole(
+            files.first().unwrap_or(&Path::new("")),
+            message,
+        ));
+    };
+    let column = |name| ColumnInfo {
+        name,
+        unit: None,
+        is_time_stamp: false,
+    };
+    Ok(found.into_iter().map(column).collect())
 }
 
 fn decode<'a>(path: &Path, topic: &Topic, data: &'a [u8]) -> Result<Decoded<'a>, LogError> {
@@ -286,7 +286,7 @@ pub fn read(
             }
             Ok(())
         };
-        while messages.next(&mut take)?.is_some() {}
+        while messages.next(&mut take)? {}
         cut_off = cut_off.or(messages.cut_off);
     }
     Ok(cut_off)

@@ -181,13 +181,20 @@ impl Course {
     /// The rows of channel `i` of a log that starts at `origin`. Without two rows its period is the
     /// duration of the log.
     fn finish(self, channels: &mut Channels, i: usize, origin: Stamp, duration: f64) {
-        let time = |stamp: &Stamp| channels.time(i, *stamp, origin);
+        let channel = &channels.all[i];
+        let difference = channel.offset - channels.all[0].offset;
+        let time = |stamp: &Stamp| {
+            let time = stamp.since(origin);
+            // Adding zero would change the sign of a zero.
+            let is_same = difference == 0.0;
+            if is_same { time } else { time + difference }
+        };
         let times: Vec<f64> = self.stamps.iter().map(time).collect();
         let period = period(&times).unwrap_or(duration);
         let mut report = ChannelReport {
-            name: channels.all[i].name.clone(),
+            name: channel.name.clone(),
             period,
-            offset: channels.all[i].offset,
+            offset: channel.offset,
             largest_set_back_at: self.set_back_at.as_ref().map(time),
             ..self.report
         };
@@ -253,15 +260,3 @@ fn lacking(times: &[f64], k: usize, period: f64) -> f64 {
 /// What to do about a header without a stamp.
 const UNSET: &str =
     "the publisher sets none; state time = \"log\" of the channel, the time of the recorder";
-
-impl Channels {
-    /// Time of a channel's stamp since the first frame, s. `origin` is the stamp of the first
-    /// frame.
-    pub fn time(&self, channel: usize, stamp: Stamp, origin: Stamp) -> f64 {
-        let difference = self.all[channel].offset - self.all[0].offset;
-        let time = stamp.since(origin);
-        // Adding zero would change the sign of a zero.
-        let is_same = difference == 0.0;
-        if is_same { time } else { time + difference }
-    }
-}

@@ -175,55 +175,32 @@ impl Unit {
 
 /// The words of a name in which each begins with a capital: `gyroYDps`, `rateDPS`.
 fn humps(part: &str) -> Vec<&str> {
-    let mut words = Vec::new();
+    let chars: Vec<(usize, char)> = part.char_indices().collect();
+    let begins = |k: &usize| {
+        let (before, next) = (chars[k - 1].1, chars.get(k + 1));
+        let ends_lower = before.is_lowercase() || before.is_ascii_digit();
+        let starts_lower = next.is_some_and(|(_, next)| next.is_lowercase());
+        chars[*k].1.is_uppercase() && (ends_lower || starts_lower)
+    };
+    let begins = (1..chars.len()).filter(begins).map(|k| chars[k].0);
     let mut start = 0;
-    let mut before: Option<char> = None;
-    let mut rest = part.char_indices().peekable();
-    while let Some((i, c)) = rest.next() {
-        let ends_lower = before.is_some_and(|b| b.is_lowercase() || b.is_ascii_digit());
-        let starts_lower = rest.peek().is_some_and(|(_, next)| next.is_lowercase());
-        if c.is_uppercase() && i > start && (ends_lower || starts_lower) {
-            words.push(&part[start..i]);
-            start = i;
-        }
-        before = Some(c);
-    }
-    words.push(&part[start..]);
-    words
-}
-
-/// What a description states of a column: its unit, and the factor that numbers in it get.
-pub struct Stated {
-    /// The unit as it is written.
-    pub name: &'static str,
-    pub kind: Kind,
-    /// Factor to SI, of the unit alone; of counts and currents to angle and torque.
-    pub factor: f64,
-    /// `scale` of the description, without its sign.
-    pub scale: f64,
+    let ends = begins.chain([part.len()]);
+    ends.map(|end| &part[std::mem::replace(&mut start, end)..end])
+        .collect()
 }
 
 /// Largest factor between what is stated and what the column's unit asks for: a gear's efficiency is above a half,
 /// the smallest factor of a wrong unit 2 pi.
 const AGREES: f64 = 2.0;
 
-impl Stated {
-    /// A unit that no key scales.
-    pub fn unscaled(name: &'static str, kind: Kind, factor: f64) -> Self {
-        Self {
-            name,
-            kind,
-            factor,
-            scale: 1.0,
-        }
-    }
-
-    /// Whether a column with a unit in its name has what is stated.
-    pub fn agrees(&self, column: &Unit) -> bool {
-        let is_scaled = (self.scale - 1.0).abs() > 1e-9;
+impl Unit {
+    /// Whether a column with a unit of its own has this one, which a description states; of counts and currents, that of
+    /// angle and torque. `scale`: that of the description, without its sign.
+    pub fn agrees(&self, scale: f64, column: &Self) -> bool {
+        let is_scaled = (scale - 1.0).abs() > 1e-9;
         let is_same = |factor: f64| (self.factor / factor - 1.0).abs() < 1e-6;
         let fits = |factor: f64| {
-            let ratio = self.factor * self.scale / factor;
+            let ratio = self.factor * scale / factor;
             is_same(factor) || (1.0 / AGREES..=AGREES).contains(&ratio)
         };
         match (self.kind, column.kind) {

@@ -1,10 +1,11 @@
-//! The estimator's own judgement: [`robhaz_estimator::Health`] of `kalman` over the whole log.
+//! The estimator's own judgement: [`robhaz_estimator::Health`] of `kalman` over the whole log; torques that are read before
+//! gears which lose a part of them.
 
 use crate::check::dead::OTHER_AXIS;
-use crate::check::judgement::{Judgement, OFTEN};
+use crate::check::judgement::{AGREE, BETTER, Judgement, OFTEN};
 use crate::check::wiring::Wiring;
-use crate::check::{Channel, Finding, Readings, Stated, gears, limits, still, wirings};
-use robhaz_estimator::{Confirmation, EstimateError, Sides, TorqueScale};
+use crate::check::{Channel, Finding, Readings, Stated, limits, still, wirings};
+use robhaz_estimator::{Confirmation, EstimateError, SensorFrame, Sides, TorqueScale};
 use robhaz_model::Robot;
 use robhaz_score::signals::deviation;
 
@@ -15,6 +16,8 @@ const CHANNEL: &str = "all";
 const SCALE: f64 = 3.0;
 /// Deviation of a rate over its noise up to which a link does not turn: that of a noise at rest that is right.
 const QUIET: f64 = 2.0;
+/// Efficiencies that are tried.
+const EFFICIENCIES: [f64; 5] = [1.0, 0.9, 0.8, 0.7, 0.6];
 /// Median of a normalised square if all that is stated holds: of chi-square with one degree of freedom.
 const MIDDLE: f64 = 0.455;
 
@@ -39,7 +42,7 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>) -> Vec<Finding> {
         None => {
             // Fast drives and rare readings leave the filters behind, as such gears do.
             let is_close = certain <= 0.0;
-            findings.extend(is_close.then(|| gears::finding(part, stated)).flatten());
+            findings.extend(is_close.then(|| gears(part, stated)).flatten());
             let torques = [0, 1, 2].map(Channel::Torque).into_iter();
             let torques = torques.map(|channel| (channel.to_string(), channel.values(frames)));
             let wheels = frames.iter().map(|f| (f.time, f.wheel_angle));
@@ -65,13 +68,39 @@ pub fn findings(log: &Readings<'_>, order: Option<[usize; 3]>) -> Vec<Finding> {
     findings
 }
 
+/// With another efficiency of the gears than that stated the readings agree, and fit far better.
+fn gears(part: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
+    let of = |efficiency: f64| {
+        let mut stated = *stated;
+        stated.settings.gear_efficiency = efficiency;
+        let found = Judgement::of(part, &stated, &Wiring::OF_LOG);
+        (efficiency, found.nis - found.of_encoders)
+    };
+    let (own, as_stated) = of(stated.settings.gear_efficiency);
+    if as_stated <= AGREE {
+        return None;
+    }
+    let is_other = |efficiency: &f64| (efficiency - own).abs() > f64::EPSILON;
+    let tried = EFFICIENCIES.into_iter().filter(is_other).map(of);
+    let (best, least) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (least < BETTER * as_stated && least < AGREE).then(|| {
+        let figure = format!(
+            "driving and braking torques fit gears of an efficiency of {best:.1}; stated is {own:.2} (contradiction {least:.1} in place of {as_stated:.1})"
+        );
+        let remedy = format!("state drive.gear_efficiency = {best:.1}, for torques before the gears: currents times torque_constant and gear_ratio");
+        Finding::ok("efficiency of the gears", "torques 1 to 3", figure)
+            .with("efficiency", best, "-")
+            .fault(remedy)
+    })
+}
+
 /// Of a side of both: the efficiency of its gears. All else that [`findings`] says the estimator of both sides says.
 pub fn gears_of_side(log: &Readings<'_>, order: Option<[usize; 3]>) -> Option<Finding> {
     if log.certain() > 0.0 {
         return None;
     }
     let part = wirings::part(&log.frames);
-    let found = gears::finding(part, log.stated)?;
+    let found = gears(part, log.stated)?;
     let own = Judgement::of(&log.frames, log.stated, &Wiring::OF_LOG);
     if own.absurd > OFTEN {
         return None;

@@ -154,14 +154,19 @@ pub fn span(log: &Readings<'_>) -> f64 {
     (1.0 / spin).clamp(SPAN, LONGEST_SPAN)
 }
 
-/// Angle that an inclinometer shows more when wheels accelerate the robot as the encoders say, rad;
-/// 0 near the ends of the log, where it is not known. Of the encoders alone, so that no other
-/// channel can spoil it.
+/// Angle that an inclinometer shows more when wheels accelerate the robot as the encoders say, rad. Of the encoders alone,
+/// so that no other channel can spoil it.
 fn forward(log: &Readings<'_>) -> Vec<f64> {
-    let (recording, robot) = (&log.recording, log.stated.robot);
-    let width = recording.steps(0.5 * FORWARD);
-    let lever = robot.geometry.wheel_radius / robot.gravity;
-    let acceleration = derivative(&recording.middle_spin, width, recording.dt);
-    let angle = |a: &f64| if a.is_finite() { lever * a } else { 0.0 };
+    let radius = log.stated.robot.geometry.wheel_radius;
+    shown_by_inclinometer(log, &log.recording.middle_spin, radius)
+}
+
+/// Angle that an inclinometer shows more at the acceleration that goes with a speed times `scale` (m/s), rad; 0 near the
+/// ends of the log, where it is not known.
+pub fn shown_by_inclinometer(log: &Readings<'_>, speed: &[f64], scale: f64) -> Vec<f64> {
+    let recording = &log.recording;
+    let acceleration = derivative(speed, recording.steps(0.5 * FORWARD), recording.dt);
+    let scale = scale / log.stated.robot.gravity;
+    let angle = |a: &f64| if a.is_finite() { scale * a } else { 0.0 };
     acceleration.iter().map(angle).collect()
 }

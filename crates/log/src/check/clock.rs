@@ -2,10 +2,11 @@
 //!
 //! Wheels that turn at a steady speed are a clock, too: where all three have turned by much more or
 //! less than the time stamps say, the clock was set. Where they turn by whole periods more, and the stamps go on evenly,
-//! rows are lost, and the stamps were made from their number.
+//! rows are lost, and the stamps were made from their number. Small errors of the stamps, too, show by the wheels.
 
 use crate::check::Finding;
-use robhaz_estimator::SensorFrame;
+use crate::jitter::Jitter;
+use robhaz_estimator::{NoiseBudget, SensorFrame};
 use robhaz_score::signals::median;
 
 /// Time over which speeds before and after a step are taken, s.
@@ -25,30 +26,28 @@ const SHORTER: f64 = 0.1;
 /// Longest median step, s: more is no log of a robot. It keeps sums of times finite.
 const LONGEST_STEP: f64 = 1e6;
 
+/// Errors of the stamps that are no fault, s: of stamps with four decimals. `estimate` counts them by itself.
+const ROUNDED: f64 = 2e-4;
+
 const TEST: &str = "clock";
 const CHANNEL: &str = "time stamps, encoders";
 
-/// A step of time that contradicts the wheels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Jump {
-    /// Index of the frame after it.
-    frame: usize,
-    /// By how much the clock was set back (forward: negative), s.
-    back: f64,
-}
-
-/// The time stamps of a log.
+/// The parts of a log.
 pub struct Clock<'a> {
-    /// The parts between gaps and jumps that are long enough to show something.
+    /// Those between gaps and jumps that are long enough to show something.
     pub parts: Vec<&'a [SensorFrame]>,
     /// Median step of these, s; of irregular stamps a quarter of the mean, if that is more. `None`
     /// without a part.
     pub step: Option<f64>,
-    jumps: Vec<Jump>,
+}
+
+/// What the wheels say of the time stamps.
+struct Shown {
+    /// The frames behind a step that contradicts the wheels, and by how much the clock was set back (forward: negative), s.
+    jumps: Vec<(usize, f64)>,
     /// The frames behind which the wheels have turned by whole periods more than the stamps, which go on evenly, and how
     /// many; less: negative.
     periods: Vec<(usize, f64)>,
-    frames: &'a [SensorFrame],
     /// Whether the wheels turn steadily somewhere.
     tells: bool,
 }
@@ -67,16 +66,14 @@ impl<'a> Clock<'a> {
     /// Gap at which a log of a low rate is split, in periods.
     const BREAK_PERIODS: f64 = 5.0;
 
-    /// The clock of frames.
+    /// The parts of frames.
     pub fn of(frames: &'a [SensorFrame]) -> Self {
-        let step = median(steps(frames).filter(|step| *step > 0.0).collect());
-        let step = step.unwrap_or(0.0).min(LONGEST_STEP);
-        let (jumps, periods, tells) = jumps(frames, step);
-        let longest = Self::BREAK.max(Self::BREAK_PERIODS * step);
+        let Shown { jumps, .. } = shown(frames);
+        let longest = Self::BREAK.max(Self::BREAK_PERIODS * usual_step(frames));
         let (mut frame, mut jump) = (0, jumps.iter().peekable());
         let goes_on = |a: &SensorFrame, b: &SensorFrame| {
             frame += 1;
-            let (step, jumps) = (b.time - a.time, jump.next_if(|jump| jump.frame <= frame));
+            let (step, jumps) = (b.time - a.time, jump.next_if(|(at, _)| *at <= frame));
             jumps.is_none() && step > 0.0 && step <= longest
         };
         let mut parts: Vec<&[SensorFrame]> = frames.chunk_by(goes_on).collect();
@@ -92,33 +89,23 @@ impl<'a> Clock<'a> {
         Self {
             step: step_of(&parts),
             parts,
-            jumps,
-            periods,
-            frames,
-            tells,
         }
     }
+}
 
-    /// The finding.
-    pub fn finding(&self) -> Finding {
-        let sizes = |a: &&Jump, b: &&Jump| a.back.abs().total_cmp(&b.back.abs());
-        let Some(Jump { frame, back }) = self.jumps.iter().max_by(sizes) else {
-            let lost = self.lost();
-            if let [(first, _), ..] = lost[..] {
-                return self.lost_rows(first, &lost);
-            }
-            if self.tells {
-                return Finding::ok(TEST, CHANNEL, "the wheels turn as the time stamps say");
-            }
-            let finding = Finding::ok(TEST, CHANNEL, "the wheels do not turn steadily");
-            return finding.cannot_tell("record a drive at a steady speed");
-        };
-        let at = self.frames.get(*frame).map_or(0.0, |f| f.time);
+/// The finding.
+pub fn finding(frames: &[SensorFrame]) -> Finding {
+    let found = shown(frames);
+    let time = |frame: usize| frames.get(frame).map_or(0.0, |f| f.time);
+    let size = |(_, back): &(usize, f64)| back.abs();
+    let largest = (found.jumps.iter()).max_by(|a, b| size(a).total_cmp(&size(b)));
+    if let Some((frame, back)) = largest {
         let figure = format!(
-            "the clock was set {} by {:.3} s at {at:.3} s{}",
+            "the clock was set {} by {:.3} s at {:.3} s{}",
             if *back > 0.0 { "back" } else { "forward" },
             back.abs(),
-            match self.jumps.len() {
+            time(*frame),
+            match found.jumps.len() {
                 1 => String::new(),
                 n => format!(", the largest of {n} jumps"),
             }
@@ -126,35 +113,64 @@ impl<'a> Clock<'a> {
         let remedy =
             "split the log there; stamp readings with a monotonic clock, when they are taken";
         let finding = Finding::ok(TEST, CHANNEL, figure).fault(remedy);
-        finding.with("set back", *back, "s")
+        return finding.with("set back", *back, "s");
     }
-
-    /// The frames behind lost rows, and their numbers; none where errors of the encoders explain them.
-    fn lost(&self) -> Vec<(usize, f64)> {
-        let (mut lost, less): (Vec<_>, Vec<_>) =
-            self.periods.iter().partition(|(_, rows)| *rows > 0.0);
-        // Counts.
-        if less.len() as f64 > SHORTER * lost.len() as f64 {
-            lost.clear();
-        }
-        lost
-    }
-
-    /// What to do about rows that are lost.
-    fn lost_rows(&self, first: usize, lost: &[(usize, f64)]) -> Finding {
+    let lost = lost(found.periods);
+    if let [(first, _), ..] = lost[..] {
         let (times, rows) = (lost.len(), lost.iter().map(|(_, rows)| rows).sum::<f64>());
-        let at = self.frames.get(first).map_or(0.0, |f| f.time);
         let set_back = match times {
             1 => " or the clock was set back",
             _ => "",
         };
         let figure = format!(
-            "rows are lost{set_back}, and the stamps go on as if none were: {rows} rows in {times} places, where the wheels turn by whole periods more than the stamps say, first at {at:.3} s"
+            "rows are lost{set_back}, and the stamps go on as if none were: {rows} rows in {times} places, where the wheels turn by whole periods more than the stamps say, first at {:.3} s",
+            time(first)
         );
         let remedy = "record the time at which each row is taken: one that is made from the number of the row is wrong behind each lost one";
         let finding = Finding::ok(TEST, CHANNEL, figure).fault(remedy);
-        finding.with("lost rows", rows, "-")
+        return finding.with("lost rows", rows, "-");
     }
+    if found.tells {
+        return Finding::ok(TEST, CHANNEL, "the wheels turn as the time stamps say");
+    }
+    let finding = Finding::ok(TEST, CHANNEL, "the wheels do not turn steadily");
+    finding.cannot_tell("record a drive at a steady speed")
+}
+
+/// The finding of the errors that the frames show against the stated one; the budget then has the one that counts.
+pub fn jitter(frames: &[SensorFrame], budget: &mut NoiseBudget) -> Finding {
+    let stated = budget.jitter;
+    let jitter = Jitter::of(frames, budget.encoder_counts);
+    let [measured, allowed] = [jitter.sigma, stated].map(|time| 1e3 * time);
+    let of_unit = jitter.unit.map_or(String::new(), |unit| {
+        format!("; the stamps are whole numbers of {:.3} ms", 1e3 * unit)
+    });
+    let figure = format!(
+        "the stamps err by {measured:.2} ms by the wheels, budget {allowed:.2} ms{of_unit}"
+    );
+    let mut finding = Finding::ok("jitter", "time stamps", figure);
+    if !jitter.is_shown {
+        finding.figure =
+            format!("the wheels do not turn steadily, or by too much between readings{of_unit}");
+        finding = finding.cannot_tell("record a drive at a steady speed, at a higher rate");
+    } else if jitter.exceeds(stated.max(ROUNDED)) {
+        let finer = jitter.unit.map_or("", |_| ", with more digits");
+        finding = finding.fault(format!(
+            "budget.jitter = \"{measured:.1} ms\" (estimate takes it by itself); better: stamp readings when they are taken{finer}"
+        ));
+    }
+    budget.jitter = jitter.counted(stated);
+    finding.with("jitter", jitter.sigma, "s")
+}
+
+/// The frames behind lost rows, and their numbers; none where errors of the encoders explain them.
+fn lost(periods: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
+    let (mut lost, less): (Vec<_>, Vec<_>) = periods.iter().partition(|(_, rows)| *rows > 0.0);
+    // Counts.
+    if less.len() as f64 > SHORTER * lost.len() as f64 {
+        lost.clear();
+    }
+    lost
 }
 
 fn steps(frames: &[SensorFrame]) -> impl Iterator<Item = f64> + '_ {
@@ -178,38 +194,46 @@ fn step_of(parts: &[&[SensorFrame]]) -> Option<f64> {
     (step > 0.0 && step.is_finite()).then_some(step)
 }
 
-/// The jumps, whole periods, and whether the wheels tell. `step` is the median step of the frames, s.
-fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, Vec<(usize, f64)>, bool) {
+/// Median step of frames, s.
+fn usual_step(frames: &[SensorFrame]) -> f64 {
+    let step = median(steps(frames).filter(|step| *step > 0.0).collect());
+    step.unwrap_or(0.0).min(LONGEST_STEP)
+}
+
+fn shown(frames: &[SensorFrame]) -> Shown {
     let turns: Vec<Turn> = frames.iter().enumerate().filter_map(turn).collect();
     let read = frames.iter().filter(|f| f.wheel_angle[0].is_some());
     // Encoders may have a lower rate than the frames.
-    let period = step * (frames.len() / read.count().max(1)).max(1) as f64;
+    let period = usual_step(frames) * (frames.len() / read.count().max(1)).max(1) as f64;
     // A positive number; the cast saturates.
     let count = if period > 0.0 { SPAN / period } else { 0.0 };
     let width = (count as usize).max(LEAST_FRAMES);
     let count = resolution(&turns);
-    let (mut jumps, mut periods, mut tells) = (Vec::new(), Vec::new(), false);
+    let mut shown = Shown {
+        jumps: Vec::new(),
+        periods: Vec::new(),
+        tells: false,
+    };
     for k in (1 + width)..turns.len().saturating_sub(width) {
         let Some(found) = wheels_late(&turns[k - 1 - width..=k + width], count) else {
             continue;
         };
-        tells = true;
+        shown.tells = true;
         let steps = turns[k - 2..=k + 1].windows(2);
         let uneven = steps.map(|w| (w[1].time - w[0].time - period).abs());
         let is_even = uneven.fold(0.0, f64::max) <= EVEN * period;
         let rows = (found.iter().sum::<f64>() / (3.0 * period)).round();
         let is_whole = |late: &f64| (late - rows * period).abs() < STEADY * period;
         if is_even && rows != 0.0 && found.iter().all(is_whole) {
-            periods.push((turns[k].frame, rows));
+            shown.periods.push((turns[k].frame, rows));
         }
         let mean = found.iter().sum::<f64>() / 3.0;
         let agree = found.iter().all(|d| (d - mean).abs() < STEADY * mean.abs());
         if mean.abs() > LEAST_JUMP * period && agree {
-            let frame = turns[k].frame;
-            jumps.push(Jump { frame, back: mean });
+            shown.jumps.push((turns[k].frame, mean));
         }
     }
-    (jumps, periods, tells)
+    shown
 }
 
 fn turn((frame, f): (usize, &SensorFrame)) -> Option<Turn> {
@@ -304,17 +328,18 @@ mod tests {
         for by in [-0.2, 0.2] {
             let frames = set(by);
             let clock = Clock::of(&frames);
-            let [jump] = clock.jumps[..] else {
-                panic!("{:?}", clock.jumps)
+            let jumps = shown(&frames).jumps;
+            let [(_, back)] = jumps[..] else {
+                panic!("{jumps:?}")
             };
             // To 2 %: the wheels' speeds differ.
-            assert!((jump.back + by).abs() < 0.005, "{jump:?}");
+            assert!((back + by).abs() < 0.005, "{jumps:?}");
             assert_eq!(clock.parts.len(), 2);
         }
         let mut lost = set(0.0);
         lost.retain(|f| !(4.0..4.2).contains(&f.time));
-        let clock = Clock::of(&lost);
-        assert!(clock.jumps.is_empty() && clock.tells && clock.parts.len() == 1);
+        let found = shown(&lost);
+        assert!(found.jumps.is_empty() && found.tells && Clock::of(&lost).parts.len() == 1);
     }
 
     /// Closed form: frames that are lost behind stamps of their number, one and two at a time; with their own stamps, and
@@ -339,17 +364,17 @@ mod tests {
                 .iter()
                 .any(|at| (f.time - at).abs() < 1e-6)
         });
-        assert!(Clock::of(&kept).lost().is_empty());
+        let lost = |frames: &[SensorFrame]| lost(shown(frames).periods);
+        assert!(lost(&kept).is_empty());
         let renumbered = renumbered(kept);
-        let clock = Clock::of(&renumbered);
-        let rows: Vec<f64> = clock.lost().iter().map(|(_, rows)| *rows).collect();
+        let rows: Vec<f64> = lost(&renumbered).iter().map(|(_, rows)| *rows).collect();
         assert_eq!(rows, [1.0, 1.0, 2.0]);
-        assert!(clock.jumps.is_empty());
+        assert!(shown(&renumbered).jumps.is_empty());
         let mut repeated = all;
         for k in [3000, 5000] {
             repeated[k].wheel_angle = repeated[k - 1].wheel_angle;
         }
-        assert!(Clock::of(&repeated).lost().is_empty());
+        assert!(lost(&repeated).is_empty());
     }
 
     /// Parts end at long gaps; parts that are too short are left out.

@@ -2,9 +2,9 @@
 //! of the links, and how well those of the front wheels explain those of the rear ones
 //! ([`crate::check::ground`] has the equations).
 
-use crate::check::Readings;
+use crate::check::Recording;
 use crate::check::changes::DEGREE;
-use robhaz_model::{Robot, Units, Vec2};
+use robhaz_model::{Robot, Units, rotate};
 use robhaz_score::signals::{deviation, mean, subtract};
 
 /// Step of the path, m.
@@ -86,12 +86,15 @@ pub struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    /// The course of a robot, for angles of links 1 and 2 (rad), in the order of the places: on the
-    /// way back from its end.
-    pub fn new(log: &Readings<'a>, inclination: &[Vec<f64>; 2]) -> Self {
-        let (samples, back) = samples(log);
+    /// The course of a robot, in the order of the places: on the way back from its end.
+    pub fn of(recording: &Recording, robot: &'a Robot) -> Self {
+        Self::with(recording, robot, &recording.inclination)
+    }
+
+    /// The same for other angles of links 1 and 2, rad.
+    pub fn with(recording: &Recording, robot: &'a Robot, inclination: &[Vec<f64>; 2]) -> Self {
+        let (samples, back) = samples(recording, robot.geometry.wheel_radius);
         let inclination = inclination.each_ref().map(|x| mean_along(&samples, x));
-        let robot = log.stated.robot;
         let course = Self { robot, inclination };
         if back { course.turned_round() } else { course }
     }
@@ -140,10 +143,8 @@ impl<'a> Course<'a> {
         let geometry = &self.robot.geometry;
         let height = |i: usize, k: usize| {
             let [a, b] = links[geometry.carriers[i].index()];
-            let arm: Vec2 = geometry.axles[i] - geometry.pins.q;
             let angle = a * self.inclination[0][k] + b * self.inclination[1][k];
-            let (sin, cos) = angle.sin_cos();
-            arm.x * sin + arm.y * cos
+            rotate(geometry.axles[i] - geometry.pins.q, angle).y
         };
         let steps = 0..self.len();
         [
@@ -155,8 +156,7 @@ impl<'a> Course<'a> {
 
 /// The sample at each step of the path, and the fraction from there to the next one: at a low rate
 /// or a high speed a sample takes several steps. And whether the way leads back.
-fn samples(log: &Readings<'_>) -> (Vec<(usize, f64)>, bool) {
-    let (recording, radius) = (&log.recording, log.stated.robot.geometry.wheel_radius);
+fn samples(recording: &Recording, radius: f64) -> (Vec<(usize, f64)>, bool) {
     let spin = recording.while_driving(&recording.middle_spin);
     // Most of the way decides the direction.
     let net: f64 = spin.iter().filter(|s| s.is_finite()).sum();

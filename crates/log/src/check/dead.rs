@@ -2,10 +2,10 @@
 //! finding. No other test uses it, so that no remedy follows from what was not measured.
 
 use crate::check::recorded::ROUNDING;
+use crate::check::recording::range;
 use crate::check::still::drives;
 use crate::check::{Change, Channel, Finding, Recorded, Stated};
 use robhaz_estimator::SensorFrame;
-use robhaz_score::extremes;
 
 const TEST: &str = "values";
 const EMPTY: &str =
@@ -48,17 +48,10 @@ pub fn findings(
 fn drives_unseen(all: &[Recorded]) -> bool {
     /// Range over the white noise: that of a million readings of noise alone is 10.
     const FAR: f64 = 20.0;
-    let range = |recorded: &Recorded| {
-        let known = recorded.values.iter().copied().filter(|v| v.is_finite());
-        let (low, high) = extremes(known);
-        high - low
-    };
-    let moves = |own: &&Recorded| own.noise > 0.0 && range(own) > FAR * own.noise;
+    let moves = |own: &&Recorded| own.noise > 0.0 && range(&own.values) > FAR * own.noise;
     let of = |is: fn(Channel) -> bool| all.iter().filter(move |own| is(own.channel));
-    let mut encoders = of(|channel| matches!(channel, Channel::Encoder(_)));
-    let torques = of(|channel| matches!(channel, Channel::Torque(_)));
-    encoders.all(|own| range(own) <= ROUNDING)
-        && torques.filter(moves).count() >= 2
+    of(Channel::is_encoder).all(|own| range(&own.values) <= ROUNDING)
+        && of(Channel::is_torque).filter(moves).count() >= 2
         && of(Channel::is_rate).any(|own| moves(&own))
 }
 
@@ -69,7 +62,7 @@ fn finding(recorded: &Recorded, driving: &[[bool; 3]], unseen: bool) -> Option<F
     if values.iter().all(|value| value.is_nan()) {
         return Some(empty(channel, &name, values.len()));
     }
-    let is_encoder = matches!(channel, Channel::Encoder(_));
+    let is_encoder = channel.is_encoder();
     // An exact sensor may be constant.
     let may_rest = !is_encoder && recorded.noise <= 0.0;
     let drives = unseen && is_encoder || drives(driving, channel).contains(&true);

@@ -92,7 +92,8 @@ fn signals(recording: &Recording, torque: &[Vec<f64>; 3], stretched: f64) -> Sig
 /// Differences between the torques.
 struct Differences {
     signals: Signals,
-    moments: Moments,
+    /// Sums of the products of all signals, torques 0 to 2, angles 3 to 5, speeds 6 to 8.
+    sums: DMatrix<f64>,
     /// RMS, and what noise and gains of the budget make of it, N m.
     size: f64,
     least: f64,
@@ -103,17 +104,21 @@ impl Differences {
     fn of(log: &Readings<'_>, torque: &[Vec<f64>; 3], stretched: f64) -> Self {
         let (recording, budget) = (&log.recording, &log.stated.settings.budget);
         let signals = signals(recording, torque, stretched);
-        let moments = Moments::of(&signals);
-        let (size, common) = (moments.size(), moments.common());
+        let all: Vec<&[f64]> = signals.iter().flatten().map(Vec::as_slice).collect();
+        let (sums, count) = products(&all);
+        let count = count as f64;
+        // Noise and different gains make differences, too: RMS of the mean of the torques, N m.
+        let common = (sums.view((0, 0), (3, 3)).sum() / (9.0 * count)).sqrt();
         let noise = budget.torque_noise / (recording.steps(stretched * SMOOTHING) as f64).sqrt();
-        // Noise and different gains make differences, too.
-        let least = GATE * noise.hypot(budget.torque_gain * common);
-        Self {
+        let mut found = Self {
             signals,
-            moments,
-            size,
-            least,
-        }
+            sums,
+            size: f64::NAN,
+            least: GATE * noise.hypot(budget.torque_gain * common),
+        };
+        let torques = [0, 1, 2].map(|i| (i, 1.0));
+        found.size = (found.product(torques, torques) / (3.0 * count)).sqrt();
+        found
     }
 
     fn show(&self) -> bool {
@@ -137,6 +142,34 @@ impl Differences {
         }
         [pairing, delay]
     }
+
+    /// Sum over the wheels of the products of two signals' differences from their means over the
+    /// wheels.
+    fn product(&self, a: [(usize, f64); 3], b: [(usize, f64); 3]) -> f64 {
+        let mut sum = 0.0;
+        for (i, (row, x)) in a.into_iter().enumerate() {
+            for (j, (column, y)) in b.into_iter().enumerate() {
+                let centred = if i == j { 2.0 / 3.0 } else { -1.0 / 3.0 };
+                sum += centred * x * y * self.sums[(row, column)];
+            }
+        }
+        sum
+    }
+
+    /// Share of the torques that a stable speed control, the same for all wheels, explains: it
+    /// brakes a wheel that is ahead.
+    fn explained(&self, (order, signs): &Wiring) -> f64 {
+        let torques = [0, 1, 2].map(|i| (i, signs[i]));
+        let angles = order.map(|i| (3 + i, 1.0));
+        let speeds = order.map(|i| (6 + i, 1.0));
+        let of = |a, b| self.product(a, b);
+        let both = of(angles, speeds);
+        let normal = Matrix2::new(of(angles, angles), both, both, of(speeds, speeds));
+        let right = Vector2::new(of(angles, torques), of(speeds, torques));
+        let found = normal.try_inverse().map(|inverse| inverse * right);
+        let stable = found.filter(|c| c.iter().any(|c| *c < 0.0));
+        stable.map_or(0.0, |c| c.dot(&right) / of(torques, torques))
+    }
 }
 
 /// Differences from the mean over the wheels: one wheel after the other, with gaps that no delay
@@ -156,60 +189,6 @@ fn joined([torque, angle, speed]: &Signals, gap: usize, (order, signs): &Wiring)
         joined(order.map(|i| &angle[i]), [1.0; 3]),
         joined(order.map(|i| &speed[i]), [1.0; 3]),
     ]
-}
-
-/// Sums of the products of all signals: torques 0 to 2, angles 3 to 5, speeds 6 to 8.
-struct Moments {
-    sums: DMatrix<f64>,
-    count: f64,
-}
-
-impl Moments {
-    fn of(signals: &Signals) -> Self {
-        let all: Vec<&[f64]> = signals.iter().flatten().map(Vec::as_slice).collect();
-        let (sums, count) = products(&all);
-        let count = count as f64;
-        Self { sums, count }
-    }
-
-    /// Sum over the wheels of the products of two signals' differences from their means over the
-    /// wheels.
-    fn product(&self, a: [(usize, f64); 3], b: [(usize, f64); 3]) -> f64 {
-        let mut sum = 0.0;
-        for (i, (row, x)) in a.into_iter().enumerate() {
-            for (j, (column, y)) in b.into_iter().enumerate() {
-                let centred = if i == j { 2.0 / 3.0 } else { -1.0 / 3.0 };
-                sum += centred * x * y * self.sums[(row, column)];
-            }
-        }
-        sum
-    }
-
-    /// RMS of the differences between the torques, N m.
-    fn size(&self) -> f64 {
-        let torques = [0, 1, 2].map(|i| (i, 1.0));
-        (self.product(torques, torques) / (3.0 * self.count)).sqrt()
-    }
-
-    /// RMS of the mean of the torques, N m.
-    fn common(&self) -> f64 {
-        (self.sums.view((0, 0), (3, 3)).sum() / (9.0 * self.count)).sqrt()
-    }
-
-    /// Share of the torques that a stable speed control, the same for all wheels, explains: it
-    /// brakes a wheel that is ahead.
-    fn explained(&self, (order, signs): &Wiring) -> f64 {
-        let torques = [0, 1, 2].map(|i| (i, signs[i]));
-        let angles = order.map(|i| (3 + i, 1.0));
-        let speeds = order.map(|i| (6 + i, 1.0));
-        let of = |a, b| self.product(a, b);
-        let both = of(angles, speeds);
-        let normal = Matrix2::new(of(angles, angles), both, both, of(speeds, speeds));
-        let right = Vector2::new(of(angles, torques), of(speeds, torques));
-        let found = normal.try_inverse().map(|inverse| inverse * right);
-        let stable = found.filter(|c| c.iter().any(|c| *c < 0.0));
-        stable.map_or(0.0, |c| c.dot(&right) / of(torques, torques))
-    }
 }
 
 /// All findings, and the encoders to which the torques belong, if these show it.
@@ -267,7 +246,7 @@ fn by_direction(log: &Readings<'_>, as_read: &Differences, stretched: f64) -> Op
     };
     let torque = log.recording.torque.each_ref().map(directed);
     let directed = Differences::of(log, &torque, stretched);
-    let [own, other] = [as_read, &directed].map(|of| of.moments.explained(&OWN));
+    let [own, other] = [as_read, &directed].map(|of| of.explained(&OWN));
     (other > EXPLAINED && 1.0 - other < BETTER * (1.0 - own)).then(|| {
         let figure = format!(
             "own encoders explain {:.0} % of the differences between the torques, {:.0} % with the sign of the direction of travel",
@@ -283,10 +262,10 @@ fn by_direction(log: &Readings<'_>, as_read: &Differences, stretched: f64) -> Op
 /// The finding of the wiring, and the wiring that explains the torques best; without one that is certain, that
 /// of the log or a guess.
 fn pairing(differences: &Differences) -> (Finding, Wiring) {
-    let (moments, size) = (&differences.moments, differences.size);
-    let explained = |wiring| (wiring, moments.explained(&wiring));
+    let size = differences.size;
+    let explained = |wiring| (wiring, differences.explained(&wiring));
     let shares: Vec<(Wiring, f64)> = wirings().into_iter().map(explained).collect();
-    let own = moments.explained(&OWN);
+    let own = differences.explained(&OWN);
     // The first of equal ones: the fewest changes.
     let (mut best, mut most) = (OWN, own);
     for (wiring, share) in &shares {

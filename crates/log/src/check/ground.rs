@@ -111,7 +111,7 @@ pub enum Signs {
 /// ground is the same for an inertial sensor that is mounted the other way round as for a pin that
 /// is.
 pub fn findings(log: &Readings<'_>, is_forward: bool) -> (Vec<Finding>, Signs) {
-    let course = Course::new(log, &log.recording.inclination);
+    let course = Course::of(&log.recording, log.stated.robot);
     let wirings = wirings(log.stated.body_link());
     let passings = |course: &Course<'_>| -> Vec<Option<Passing>> {
         (wirings.iter().map(|(links, _)| passing(course, links))).collect()
@@ -260,15 +260,15 @@ fn fused(recording: &Recording, slow: f64) -> [Vec<f64>; 2] {
 /// Scale of the encoders, from angles that gyroscopes and inclinometers give together:
 /// accelerations do not disturb them.
 pub fn distance(log: &Readings<'_>) -> Finding {
-    let course = |slow: f64| Course::new(log, &fused(&log.recording, slow));
+    let (recording, robot) = (&log.recording, log.stated.robot);
+    let course = |slow: f64| Course::with(recording, robot, &fused(recording, slow));
     let own = passing(&course(SLOW), &OWN);
     let channel = "encoders 1 to 3";
     let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
         return Finding::ok(SCALE, channel, "the ground shows no distance").cannot_tell(remedy);
     };
-    let robot = log.stated.robot;
-    let spin = log.recording.usual_spin().unwrap_or(f64::INFINITY);
+    let spin = recording.usual_spin().unwrap_or(f64::INFINITY);
     let slip = SLIP * Units::of(robot).speed() / (spin * robot.geometry.wheel_radius);
     let error = SCALE_ERROR.max(slip);
     let figure = format!(

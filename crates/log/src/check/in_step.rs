@@ -1,7 +1,7 @@
 //! Delays of encoders behind each other: wheels that roll start and stop together, whatever drives
 //! them.
 
-use crate::check::recording::{SMOOTHING, steps};
+use crate::check::recording::{SMOOTHING, starts, steps};
 use crate::check::{Channel, Finding, Recording, delay};
 use robhaz_score::signals::{Allowed, Delay, median};
 
@@ -22,29 +22,15 @@ pub const OF_WHEELS: &str = "after the others";
 /// Delay of the spin speed of the wheels `one` behind that of `other`, where these start and stop.
 fn between(one: &[f64], other: &[f64], dt: f64, allowed: &Allowed) -> Option<Delay> {
     let [longest, memory] = [LONGEST, MEMORY].map(|time| steps(time, dt));
-    let starts = starts(other, longest);
+    let largest = other.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+    let turning = other.iter().map(|x| x.abs()).filter(|x| *x > 0.1 * largest);
+    let usual = median(turning.collect()).unwrap_or(0.0);
+    // What the ground does to a drive comes to one wheel after the other.
+    let starts = starts(other, usual, longest);
     let one = one.iter().zip(starts);
     let one: Vec<f64> = one.map(|(x, is)| if is { *x } else { f64::NAN }).collect();
     let delay = robhaz_score::signals::delay(&one, &[other], longest, memory, dt, *allowed);
     delay.filter(|delay| delay.seconds.abs() <= LONGEST)
-}
-
-/// The samples within `near` of one at which wheels with these spin speeds turn at less than half of their usual speed: what
-/// the ground does to a drive comes to one wheel after the other.
-fn starts(spin: &[f64], near: usize) -> Vec<bool> {
-    let largest = spin.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-    let turning = spin.iter().map(|x| x.abs()).filter(|x| *x > 0.1 * largest);
-    let usual = median(turning.collect()).unwrap_or(0.0);
-    let mut until = 0;
-    let mut found = vec![false; spin.len()];
-    for (k, x) in spin.iter().enumerate() {
-        if x.abs() < 0.5 * usual {
-            let from = k.saturating_sub(near).max(until);
-            until = (k + near + 1).min(spin.len());
-            found[from..until].fill(true);
-        }
-    }
-    found
 }
 
 /// `period`: of the slowest channel, s.

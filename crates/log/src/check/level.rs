@@ -13,7 +13,7 @@
 //! beyond it may be friction. On the way back friction changes its sign and e does not. An inclinometer shows the
 //! acceleration of the robot, too, so that work which speeds it up is no error.
 
-use crate::check::recording::{LARGEST_FROUDE, add, slope_of};
+use crate::check::recording::{LARGEST_FROUDE, slope_of};
 use crate::check::{Finding, rest};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{EstimatorSettings, SensorFrame, Sides};
@@ -60,7 +60,7 @@ pub struct Level {
     usual: f64,
     /// Push by the torques that the slope does not need, over the side's weight, -: the other side holds it, as in a skid
     /// turn; `None` within budget and four deviations.
-    pushed: Option<f64>,
+    pub pushed: Option<f64>,
     /// Slope of the ground before the first motion, as the inclinometers show it, rad; `None` without a rest.
     at_rest: Option<f64>,
     /// The same across, of a rover with both sides.
@@ -71,14 +71,38 @@ pub struct Level {
     even: f64,
 }
 
-/// A frame: time (s), sum and mean of what counts of its wheels, and the slope of the robot.
+/// What is read in a frame: time, s; angles (rad) and torques (N m) of the wheels; slope of the robot and roll of its
+/// body, rad.
+type Read<const N: usize> = (f64, [Option<f64>; N], [Option<f64>; N], [Option<f64>; 2]);
+
+/// The same with the last readings where there are none.
 struct Moment<const N: usize> {
     time: f64,
-    angle: [Option<f64>; N],
-    torque: [Option<f64>; N],
-    slope: Option<f64>,
-    /// Roll of the body, rad, where it is read.
+    angle: [f64; N],
+    torque: [f64; N],
+    slope: f64,
+    /// Where it is read.
     roll: Option<f64>,
+}
+
+impl<const N: usize> Moment<N> {
+    /// The frames from the first on before which each reading was there.
+    fn all(frames: impl Iterator<Item = Read<N>>) -> Vec<Self> {
+        let (mut slopes, mut angles, mut torques) = ([None], [None; N], [None; N]);
+        let of = |(time, angle, torque, [slope, roll]): Read<N>| {
+            let slope = hold(&mut slopes, [slope]);
+            let (angle, torque) = (hold(&mut angles, angle), hold(&mut torques, torque));
+            let [slope] = slope?;
+            Some(Self {
+                time,
+                angle: angle?,
+                torque: torque?,
+                slope,
+                roll: roll.filter(|roll| roll.is_finite()),
+            })
+        };
+        frames.filter_map(of).collect()
+    }
 }
 
 /// The ways forward and back.
@@ -93,7 +117,7 @@ struct Ways {
     /// Largest speed, m/s.
     speed: f64,
     /// Slopes at the start and the end of the way, rad.
-    ends: Option<[f64; 2]>,
+    ends: [f64; 2],
     /// Means and number of the slopes and of the rolls before the first motion.
     rest: [(f64, f64); 2],
 }
@@ -105,14 +129,8 @@ impl Level {
             let links = [frame.link1.inclination?, frame.link2.inclination?];
             Some(slope_of(&robot.geometry, links))
         };
-        let moment = |frame: &SensorFrame| Moment {
-            time: frame.time,
-            angle: frame.wheel_angle,
-            torque: frame.motor_torque,
-            slope: slope(frame),
-            roll: None,
-        };
-        let found = Self::of(frames.iter().map(moment), robot, settings);
+        let read = |f: &SensorFrame| (f.time, f.wheel_angle, f.motor_torque, [slope(f), None]);
+        let found = Self::of(frames.iter().map(read), robot, settings);
         Self {
             allowed: found.allowed.filter(|_| settings.sides == Sides::Plane),
             ..found
@@ -121,22 +139,14 @@ impl Level {
 
     /// Of the frames of both sides, with one side of the rover.
     pub fn of_both(frames: &[WholeFrame], side: &Robot, settings: &EstimatorSettings) -> Self {
-        let moment = |frame: &WholeFrame| Moment {
-            time: frame.time,
-            angle: frame.wheel_angle,
-            torque: frame.motor_torque,
-            slope: frame.inclination,
-            roll: frame.roll,
+        let read = |f: &WholeFrame| {
+            let attitude = [f.inclination, f.roll];
+            (f.time, f.wheel_angle, f.motor_torque, attitude)
         };
         Self {
             is_of_body: true,
-            ..Self::of(frames.iter().map(moment), side, settings)
+            ..Self::of(frames.iter().map(read), side, settings)
         }
-    }
-
-    /// Push by the torques that the slope does not need, over the side's weight, -; `None` where there is none.
-    pub fn pushed(&self) -> Option<f64> {
-        self.pushed
     }
 
     /// Roll before the first motion, rad, and whether it is one of the ground; `None` without a rest.
@@ -147,22 +157,31 @@ impl Level {
 
     /// Of a robot with one such side, or of a rover with two.
     fn of<const N: usize>(
-        moments: impl Iterator<Item = Moment<N>>,
+        frames: impl Iterator<Item = Read<N>>,
         side: &Robot,
         settings: &EstimatorSettings,
     ) -> Self {
-        let Some(ways) = Ways::of(moments, side, settings) else {
+        let Some(ways) = Ways::of(&Moment::<N>::all(frames), side, settings) else {
             return Self::default();
         };
         let geometry = &side.geometry;
         let footprint = geometry.wheelbase();
         let (budget, wheels) = (&settings.budget, N as f64);
-        let over = 1.0 / (geometry.wheel_radius * weight::<N>(side));
+        let over = 1.0 / (geometry.wheel_radius * wheels * side.mean_wheel_load());
         let offset = wheels.sqrt() * budget.torque_offset * over;
         let friction = (wheels * budget.gear_friction * over).hypot(budget.rolling_resistance);
-        let [first, last] = ways.ends.unwrap_or_default();
-        let (mut allowed, mut resisted) = ([f64::NEG_INFINITY, f64::INFINITY], 0.0_f64);
-        let (mut pushed, usual) = (None, 2.0 * friction);
+        let [first, last] = ways.ends;
+        let [at_rest, roll_at_rest] =
+            (ways.rest).map(|(mean, count)| (count > 0.0).then_some(mean));
+        let noise = budget.inclination_noise / ways.rest[0].1.sqrt().max(1.0);
+        let mut found = Self {
+            usual: 2.0 * friction,
+            at_rest,
+            roll_at_rest,
+            even: 3.0 * budget.inclination_bias + GATE * noise,
+            ..Self::default()
+        };
+        let mut allowed = [f64::NEG_INFINITY, f64::INFINITY];
         for (back, sign) in [1.0, -1.0].into_iter().enumerate() {
             let way = ways.way[back];
             // On curved ground a fast robot shows slopes that are none.
@@ -177,31 +196,19 @@ impl Level {
             let sigma = sigma.into_iter().fold(0.0, f64::hypot);
             let beyond = (ways.rise[back] - ways.work[back]) / way;
             let more = GATE * sigma.hypot(friction);
-            resisted = resisted.max(-beyond);
-            let is_push =
-                |push: &f64| push.abs() > usual + GATE * sigma && push.abs() < LARGEST_PUSH;
-            pushed = pushed.or(Some(-beyond).filter(is_push));
+            found.resisted = found.resisted.max(-beyond);
+            let is_push = beyond.abs() > found.usual + GATE * sigma && beyond.abs() < LARGEST_PUSH;
+            found.pushed = found.pushed.or(is_push.then_some(-beyond));
             let [from, to] = match sign > 0.0 {
                 true => [beyond - GATE * sigma, beyond + more],
                 false => [-beyond - more, -beyond + GATE * sigma],
             };
             allowed = [allowed[0].max(from), allowed[1].min(to)];
         }
-        let [at_rest, roll_at_rest] =
-            (ways.rest).map(|(mean, count)| (count > 0.0).then_some(mean));
-        let [(_, count), _] = ways.rest;
-        Self {
-            // Where both ways contradict each other it is no zero.
-            allowed: (allowed[0].is_finite() && allowed[0] <= allowed[1]).then_some(allowed),
-            resisted,
-            usual,
-            pushed,
-            at_rest,
-            roll_at_rest,
-            is_of_body: false,
-            even: 3.0 * budget.inclination_bias
-                + GATE * budget.inclination_noise / count.sqrt().max(1.0),
-        }
+        // Where both ways contradict each other it is no zero.
+        let is_zero = allowed[0].is_finite() && allowed[0] <= allowed[1];
+        found.allowed = is_zero.then_some(allowed);
+        found
     }
 
     /// Whether no error at all is not allowed: then the readings contradict each other.
@@ -313,11 +320,6 @@ impl fmt::Display for Level {
     }
 }
 
-/// Weight that `N` wheels carry, N.
-fn weight<const N: usize>(side: &Robot) -> f64 {
-    N as f64 / 3.0 * side.mass.total() * side.gravity
-}
-
 /// The readings with the last ones where there are none; `None` before there is one of each.
 fn hold<const N: usize>(held: &mut [Option<f64>; N], read: [Option<f64>; N]) -> Option<[f64; N]> {
     for (held, value) in held.iter_mut().zip(read) {
@@ -328,108 +330,69 @@ fn hold<const N: usize>(held: &mut [Option<f64>; N], read: [Option<f64>; N]) -> 
 }
 
 /// Mean and count of slope and roll while the robot stands, up to `until`, s; of all samples if none is earlier.
-fn at_rest(stood: &[(f64, [Option<f64>; 2])], until: f64) -> [(f64, f64); 2] {
-    let before = stood.partition_point(|(time, _)| *time < until);
+fn at_rest<const N: usize>(stood: &[Moment<N>], until: f64) -> [(f64, f64); 2] {
+    let before = stood.partition_point(|moment| moment.time < until);
     let stood = if before > 0 { &stood[..before] } else { stood };
-    [0, 1].map(|k| {
-        let read: Vec<f64> = stood.iter().filter_map(|(_, read)| read[k]).collect();
-        // A count of frames.
-        let count = read.len() as f64;
-        (mean(&read).unwrap_or(0.0), count)
-    })
-}
-
-/// A part of the way.
-struct Part<const N: usize> {
-    /// Time (s) and wheel angles (rad) at its start.
-    since: f64,
-    before: [f64; N],
-    /// Number of its frames, and sums over them of torques (N m) and slopes (rad).
-    count: f64,
-    torques: [f64; N],
-    slopes: f64,
+    let slopes = stood.iter().map(|moment| moment.slope).collect();
+    let rolls = stood.iter().filter_map(|moment| moment.roll).collect();
+    // Counts of frames.
+    [slopes, rolls].map(|x: Vec<f64>| (mean(&x).unwrap_or(0.0), x.len() as f64))
 }
 
 impl Ways {
     /// `None` of angles that jump: that of a turn, say.
     fn of<const N: usize>(
-        moments: impl Iterator<Item = Moment<N>>,
+        moments: &[Moment<N>],
         side: &Robot,
         settings: &EstimatorSettings,
     ) -> Option<Self> {
         let mut found = Self::default();
-        let mut start = None::<(f64, [f64; N])>;
-        let (mut slopes, mut angles, mut torques) = ([None], [None; N], [None; N]);
-        let mut part = None::<Part<N>>;
-        let mut stood = Vec::new();
-        for moment in moments {
-            let slope = hold(&mut slopes, [moment.slope]);
-            let angle = hold(&mut angles, moment.angle);
-            let torque = hold(&mut torques, moment.torque);
-            let (Some([slope]), Some(angle), Some(torque)) = (slope, angle, torque) else {
-                continue;
-            };
-            let (began, first) = *start.get_or_insert((moment.time, angle));
-            if found.ends.is_none() {
-                let stands = first.iter().zip(&angle).all(|(a, b)| (b - a).abs() < STILL);
-                if stands {
-                    let roll = moment.roll.filter(|roll| roll.is_finite());
-                    stood.push((moment.time, [Some(slope), roll]));
-                } else {
-                    if moment.time - began >= rest::SHORTEST {
-                        found.rest = at_rest(&stood, moment.time - STARTS);
-                    }
-                    found.ends = Some([slope; 2]);
-                }
+        let stands = |now: &&Moment<N>| {
+            let turns = moments[0].angle.iter().zip(&now.angle);
+            turns.map(|(a, b)| b - a).all(|turn| turn.abs() < STILL)
+        };
+        let (stood, driven) = moments.split_at(moments.iter().take_while(stands).count());
+        if let [first, ..] = driven {
+            if first.time - moments[0].time >= rest::SHORTEST {
+                found.rest = at_rest(stood, first.time - STARTS);
             }
-            if let Some([_, end]) = &mut found.ends {
-                *end = slope;
-            }
-            // It begins with the frame at which the one before ends.
-            let first = Part {
-                since: moment.time,
-                before: angle,
-                count: 1.0,
-                torques: torque,
-                slopes: slope,
-            };
-            let Some(of_part) = &mut part else {
-                part = Some(first);
-                continue;
-            };
-            of_part.count += 1.0;
-            of_part.slopes += slope;
-            add(&mut of_part.torques, torque);
-            let step = moment.time - of_part.since;
-            if step >= SMOOTHING {
-                found.add(of_part, &angle, step, side, settings)?;
-                part = Some(first);
-            }
+            found.ends = [first.slope, driven[driven.len() - 1].slope];
+        } else {
+            found.rest = at_rest(stood, f64::INFINITY);
         }
-        if found.ends.is_none() {
-            found.rest = at_rest(&stood, f64::INFINITY);
+        // Each part begins with the frame at which the one before ends.
+        let mut start = 0;
+        for (end, moment) in moments.iter().enumerate() {
+            if moment.time - moments[start].time >= SMOOTHING {
+                found.add(&moments[start..=end], side, settings)?;
+                start = end;
+            }
         }
         Some(found)
     }
 
-    /// Adds a part of the way that ends with these wheel angles (rad) after `step` (s); `None` of angles that jump.
+    /// Adds a part of the way; `None` of angles that jump.
     fn add<const N: usize>(
         &mut self,
-        part: &Part<N>,
-        angle: &[f64; N],
-        step: f64,
+        part: &[Moment<N>],
         side: &Robot,
         settings: &EstimatorSettings,
     ) -> Option<()> {
-        let turns: Vec<f64> = part.before.iter().zip(angle).map(|(a, b)| b - a).collect();
+        let [first, .., last] = part else {
+            return Some(());
+        };
+        let turns: [f64; N] = std::array::from_fn(|i| last.angle[i] - first.angle[i]);
         let mean = turns.iter().sum::<f64>() / N as f64;
         let is_far = |turn: &f64| (turn - mean).abs() > LARGEST_DIFFERENCE;
         if turns.iter().any(is_far) {
             return None;
         }
-        let work = turns.iter().zip(&part.torques).map(|(turn, torque)| {
-            turn * (torque / part.count - settings.viscous_damping * turn / step)
+        let (step, count) = (last.time - first.time, part.len() as f64);
+        let work = turns.iter().enumerate().map(|(i, turn)| {
+            let torque = part.iter().map(|moment| moment.torque[i]).sum::<f64>() / count;
+            turn * (torque - settings.viscous_damping * turn / step)
         });
+        let slope = part.iter().map(|moment| moment.slope).sum::<f64>() / count;
         let way = side.geometry.wheel_radius * mean;
         let back = usize::from(way < 0.0);
         // Of one side no reading shows a turn.
@@ -442,8 +405,8 @@ impl Ways {
         if step < LONGEST_STEP && beside.abs() <= TURNS * mean.abs() {
             self.speed = self.speed.max(way.abs() / step);
             self.way[back] += way.abs();
-            self.rise[back] += way * (part.slopes / part.count).sin();
-            self.work[back] += work.sum::<f64>() / weight::<N>(side);
+            self.rise[back] += way * slope.sin();
+            self.work[back] += work.sum::<f64>() / (N as f64 * side.mean_wheel_load());
         }
         Some(())
     }

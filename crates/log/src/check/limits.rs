@@ -114,21 +114,20 @@ pub fn finding(
         }
     }
     let limit = limits.first()?;
-    let known = squares.iter().zip(is_at_any).zip(turning);
-    let known = known.filter(|((square, _), turns)| square.is_finite() && **turns);
-    let known = known.map(|(of_frame, _)| of_frame);
-    let (at, away): (Vec<_>, Vec<_>) = known.partition(|(_, is_at)| *is_at);
+    let known = |is_at: bool| -> Vec<f64> {
+        let frames = (0..squares.len()).filter(|k| turning[*k] && is_at_any[*k] == is_at);
+        let squares = frames.map(|k| squares[k]);
+        squares.filter(|square| square.is_finite()).collect()
+    };
+    let (at, away) = (known(true), known(false));
     let [count, others] = [at.len(), away.len()];
     let finding = |figure: String| Finding::ok(TEST, names.join(", "), figure);
     if count == 0 || others == 0 {
         let figure = format!("within its noise of an extreme again and again, {limit:.2} N m");
         return Some(finding(figure).cannot_tell(UNKNOWN));
     }
-    let middle = |part: Vec<(&f64, bool)>| {
-        let squares = part.into_iter().map(|(square, _)| *square).collect();
-        median(squares).map_or(f64::NAN, |middle| (middle / expected).sqrt())
-    };
-    let [at, away] = [at, away].map(middle);
+    let left = |squares| median(squares).map_or(f64::NAN, |middle| (middle / expected).sqrt());
+    let [at, away] = [at, away].map(left);
     let share = 100.0 * count as f64 / (count + others) as f64;
     let finding = finding(format!(
         "within its noise of an extreme, {limit:.2} N m, for {share:.0} % of the time; there the equations leave {at:.2} of their deviation, elsewhere {away:.2}"

@@ -7,15 +7,17 @@
 //! encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
 use crate::check::changes::{
-    CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN, span,
+    CERTAIN, Changes, Coefficients, DEGREE, FORWARD, GATE, LEAST_CHANGE, SPAN,
+    shown_by_inclinometer, span,
 };
 use crate::check::ground::{self, Signs};
 use crate::check::on_links::ROBOT_FILE;
+use crate::check::recording::starts;
 use crate::check::rest::has_quiet;
 use crate::check::{Change, Channel, Finding, Readings, Recording, Verdict, delay, pin_delay};
 use robhaz_estimator::SensorFrame;
 use robhaz_model::{Carrier, Units};
-use robhaz_score::signals::{Allowed, delay, derivative, rms, robust_fit, smooth};
+use robhaz_score::signals::{Allowed, delay, rms, robust_fit, smooth};
 use std::f64::consts::TAU;
 
 /// Share of the changes that the gyroscope must explain.
@@ -46,12 +48,15 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
         let is = |value: f64| (found.rate.abs() / value - 1.0).abs() < SCALE_ERROR;
         // An inclinometer in another unit shows the robot's acceleration in it, too; a slow robot
         // has none, but the noise of a sensor is in its unit.
-        let alike = |f: (f64, f64)| f.0.abs() > GATE * f.1 && is_near(f.0.abs(), found.rate.abs());
-        let right = |f: (f64, f64)| f.0.abs() > GATE * f.1 && is_near(f.0.abs(), 1.0);
+        let accelerates_by = |unit: f64| {
+            let (value, sigma) = found.forward.unwrap_or((0.0, 0.0));
+            // The factor between units is 57.3.
+            value.abs() > GATE * sigma && (0.2..5.0).contains(&(value.abs() / unit))
+        };
         let [gyro, inclinometer] = changes.channels[k];
         let quiet = |channel: Channel| has_quiet(&log.findings, &channel.to_string());
-        let is_of_inclinometer = found.forward.is_some_and(alike) || quiet(inclinometer);
-        let is_of_gyro = found.forward.is_some_and(right) || quiet(gyro);
+        let is_of_inclinometer = accelerates_by(found.rate.abs()) || quiet(inclinometer);
+        let is_of_gyro = accelerates_by(1.0) || quiet(gyro);
         let (remedy, wrong, factor) = if is(1.0 / DEGREE) && is_of_gyro {
             let remedy = "the rate is converted from deg/s twice: state unit = \"rad/s\"";
             (remedy, gyro, 1.0 / DEGREE)
@@ -73,11 +78,6 @@ pub fn units(log: &Readings<'_>) -> Vec<Finding> {
     };
     let links = if log.stated.body.is_some() { 1 } else { 2 };
     (0..links).filter_map(unit).collect()
-}
-
-/// Whether an acceleration is that of a unit: the factor between units is 57.3.
-fn is_near(value: f64, unit: f64) -> bool {
-    (0.2..5.0).contains(&(value / unit))
 }
 
 /// Scale of all encoders, by the acceleration that the inclinometers measure, and 1 or -1, the sign
@@ -370,34 +370,21 @@ pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
 /// Leaves out the changes while the robot starts or stops: what is left of its acceleration there looks like a delay on
 /// long slopes, where the links hardly turn.
 fn leave_out_starts(changes: &mut Changes, recording: &Recording) {
-    /// Share of the usual speed below which it does.
-    const SLOW: f64 = 0.5;
-    let Some(usual) = recording.usual_spin() else {
-        return;
-    };
+    let usual = recording.usual_spin().unwrap_or(0.0);
     let half = recording.steps(0.5 * changes.span);
-    let spins = &recording.middle_spin;
-    let slow = (0..spins.len()).filter(|k| spins[*k].abs() < SLOW * usual);
-    let mut to = 0;
-    for k in slow {
-        let end = (k + half + 1).min(spins.len());
-        for inclination in &mut changes.inclination {
-            let from = to.max(k.saturating_sub(half)).min(inclination.len());
-            let end = end.min(inclination.len());
-            inclination[from.min(end)..end].fill(f64::NAN);
+    let starts = starts(&recording.middle_spin, usual, half);
+    for inclination in &mut changes.inclination {
+        for (x, _) in inclination.iter_mut().zip(&starts).filter(|(_, is)| **is) {
+            *x = f64::NAN;
         }
-        to = end;
     }
 }
 
 /// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that
 /// measure the specific force: that of Q. 0 near the ends of the log, where it is not known.
 fn specific_force(log: &Readings<'_>) -> Vec<f64> {
-    let width = log.recording.steps(0.5 * FORWARD);
-    let acceleration = derivative(&speed_of_q(log, width), width, log.recording.dt);
-    let g = log.stated.robot.gravity;
-    let over_g = |a: &f64| if a.is_finite() { a / g } else { 0.0 };
-    acceleration.iter().map(over_g).collect()
+    let speed = speed_of_q(log, log.recording.steps(0.5 * FORWARD));
+    shown_by_inclinometer(log, &speed, 1.0)
 }
 
 /// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls

@@ -4,8 +4,7 @@
 //! | module | question | from |
 //! |---|---|---|
 //! | `jumps` | Single wrong angles of the wheels, encoders that were reset | what torque and inertia allow |
-//! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
-//! | `stamps` | Errors and resolution of the time stamps | the wheels as a clock |
+//! | `clock` | Was the clock set? Where is the log split? Errors and resolution of the stamps | the wheels as a clock |
 //! | `dead` | Has a channel no value, or the same one throughout? | the readings alone |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `torques` | Is a torque a signed number? | readings near zero |
@@ -26,7 +25,7 @@
 //! | `on_links` | Exchanged wheels, encoder and torque together; the link of the middle one | turns of the links |
 //! | `limits` | Are torques cut off at a limit? | the equations there |
 //! | `wirings` | Which wiring of wheels and links fits? | innovations of all filters of `kalman` |
-//! | `gears` | Are torques read before gears that lose a part of them? | the same |
+//! | `agreement` | Are torques read before gears that lose a part of them? | the same |
 //! | `agreement` | Do the torques fit the robot's mass? | work of the torques, and height, in `kalman` |
 //! | `agreement` | Does `kalman` agree with all? | innovations of all its filters |
 //! | `both` | Both sides: left and right exchanged, signs of what lies across | innovations of the estimator of both sides |
@@ -42,7 +41,6 @@ mod course;
 mod dead;
 mod delay;
 mod drive;
-mod gears;
 mod ground;
 mod in_step;
 mod judgement;
@@ -61,7 +59,6 @@ mod report;
 mod rest;
 mod rewire;
 mod speeds;
-mod stamps;
 mod start;
 mod stated;
 mod still;
@@ -83,18 +80,9 @@ pub(crate) use recorded::Recorded;
 pub(crate) use recording::Recording;
 pub(crate) use rewire::{Change, Channel};
 
-use self::clock::Clock;
 use self::recording::LARGEST_TURN;
 use robhaz_estimator::{EstimatorSettings, PAIRINGS, SensorFrame, Sides};
 use robhaz_model::Robot;
-
-/// Tests of one side that know no push of the other one, as in a skid turn. Of the delays only that of the torques.
-const OF_PUSHED: [(&str, Option<&str>); 4] = [
-    (delay::TEST, Some(drive::LATE)),
-    (drive::PAIRING, None),
-    (wirings::TEST, None),
-    (agreement::TEST, None),
-];
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
@@ -118,27 +106,16 @@ fn check_side(
     stated.settings.method = usual.method;
     let budget = &mut stated.settings.budget;
     let (of_jumps, mended) = jumps::findings(frames, stated.robot, budget.encoder_counts);
-    let clock = Clock::of(&mended);
-    let Some(recording) = Recording::new(&clock, stated.robot) else {
+    let mut findings = vec![clock::finding(&mended)];
+    findings.extend((!is_of_both).then(|| clock::jitter(&mended, budget)));
+    findings.push(sides(&stated));
+    let Some(mut log) = Readings::new(mended, &stated, is_of_both) else {
         let finding = Finding::ok("log", "all", "less than three frames");
         return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
-    let mut findings = vec![clock.finding()];
-    findings.extend((!is_of_both).then(|| stamps::finding(&mended, budget)));
-    findings.push(sides(&stated));
-    let mut log = Readings {
-        stated: &stated,
-        frames: mended,
-        recording,
-        findings,
-        is_of_both,
-        excused,
-        pushed: None,
-    };
+    (log.findings, log.excused) = (findings, excused);
     if log.has_other_side() && !is_of_both {
-        let level = Level::of_side(&log.frames, stated.robot, &stated.settings);
-        let tests = &OF_PUSHED;
-        log.pushed = level.pushed().map(|push| readings::Pushed { push, tests });
+        log.pushed = Level::of_side(&log.frames, stated.robot, &stated.settings).pushed;
     }
     log.take(of_jumps);
     if let Some(speeds) = speeds::finding(&log.frames, &stated) {
@@ -167,7 +144,7 @@ fn check_side(
 
 /// What the start of one side of two shows alone: signs, and the size of the torques.
 fn check_start(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
-    let log = Readings::of_side(frames, stated);
+    let log = Readings::new(frames, stated, true);
     let Some(log) = log.filter(|log| log.recording.turn() <= LARGEST_TURN) else {
         return Vec::new();
     };
@@ -220,7 +197,7 @@ impl Readings<'_> {
             self.take([torques::left_out()]);
             return;
         }
-        self.take([agreement::as_wired(self)]);
+        self.take_unless_pushed(vec![agreement::as_wired(self)]);
     }
 
     /// The tests that follow the wheels over the ground. `forward`: see [`links::acceleration`].
@@ -274,7 +251,7 @@ impl Readings<'_> {
         self.take(start::size(start));
         let (drive, order) = drive::findings(self, start);
         let shows_forces = drive.iter().all(|f| f.test != drive::BY_DIRECTION);
-        self.take(drive);
+        self.take_unless_pushed(drive);
         if !shows_forces {
             self.findings.retain(|f| f.test != level::TEST);
             return;
@@ -290,8 +267,31 @@ impl Readings<'_> {
         }
         match self.is_of_both {
             true => self.take(agreement::gears_of_side(self, order)),
-            false => self.take(agreement::findings(self, order)),
+            false => self.take_unless_pushed(agreement::findings(self, order)),
         }
+    }
+
+    /// Takes what a test of the torques found, but for faults that a push of the other side explains as well, as in a skid
+    /// turn. Of the delays that one alone of the torques.
+    fn take_unless_pushed(&mut self, mut findings: Vec<Finding>) {
+        let Some(push) = self.pushed else {
+            return self.take(findings);
+        };
+        let way = if push > 0.0 { "push" } else { "brake" };
+        let or = format!(
+            "the other side holds it back, or drives it, as in a skid turn: the torques {way} harder than the slope needs, by {:.2} of this side's weight; record a drive straight on",
+            push.abs()
+        );
+        for finding in findings.iter_mut().filter(|f| f.is_fault()) {
+            let knows_no_push = match finding.test {
+                delay::TEST => finding.channel == drive::LATE,
+                test => [drive::PAIRING, wirings::TEST, agreement::TEST].contains(&test),
+            };
+            if knows_no_push {
+                *finding = finding.clone().unless(&or);
+            }
+        }
+        self.take(findings);
     }
 
     fn report(mut self) -> Report {
@@ -361,6 +361,6 @@ fn name_sensors_of_body(finding: &mut Finding) {
 /// Mean NIS from which on a contradiction between the readings is one: see
 /// [`robhaz_score::Agreement::contradiction`].
 pub fn certain(frames: &[SensorFrame], robot: &Robot) -> f64 {
-    let recording = Recording::new(&Clock::of(frames), robot);
+    let recording = Recording::new(frames, robot);
     recording.map_or(0.0, |recording| recording.certain(robot))
 }

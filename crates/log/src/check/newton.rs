@@ -11,12 +11,11 @@
 //! slope. A driver makes its torques late by a delay, or by a low pass, of which the motion then has one,
 //! too: the one with which the law leaves the least is theirs.
 
-use crate::check::recording::{LONGEST_STEP, SMOOTHING};
+use crate::check::recording::{LONGEST_STEP, SMOOTHING, range};
 use crate::check::rest::rest;
 use crate::check::{Readings, Recording};
 use robhaz_estimator::LATE_TORQUE;
 use robhaz_model::{Robot, Units};
-use robhaz_score::extremes;
 use robhaz_score::signals::{
     Fit, delayed, derivative, deviation, fit, integral, mean, residuals, rms, smooth,
 };
@@ -220,15 +219,9 @@ impl Motion {
 }
 
 /// That of the law, kg m^2.
-fn inertia(robot: &Robot) -> f64 {
+pub fn inertia(robot: &Robot) -> f64 {
     let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
     3.0 * (mass.wheel_inertia + mass.rotor_inertia) + mass.total() * radius * radius
-}
-
-/// Of the values that are there.
-fn range(x: &[f64]) -> f64 {
-    let (low, high) = extremes(x.iter().copied().filter(|x| x.is_finite()));
-    (high - low).max(0.0)
 }
 
 fn steps(time: f64, dt: f64) -> isize {

@@ -13,7 +13,7 @@
 //! link. Masses, zeros and constant scales have no part in it.
 
 use crate::check::recording::add;
-use crate::check::rewire::moved;
+use crate::check::rewire::{self, moved};
 use crate::check::wiring::Wiring;
 use crate::check::{Change, Channel, Finding, Readings};
 use robhaz_estimator::PAIRINGS;
@@ -39,10 +39,10 @@ const CHANNEL: &str = "all";
 /// The channel of a fault of the robot file.
 pub const ROBOT_FILE: &str = "robot file";
 
-/// What may be: the wheels whose columns each wheel has, and the links that the wheels hang on.
+/// What may be: the wheels whose columns, of encoder and torque, each wheel has, and the links that the wheels hang on.
 #[derive(Clone, Copy)]
 struct Hung {
-    wiring: Wiring,
+    order: [usize; 3],
     carriers: [Carrier; 3],
 }
 
@@ -96,8 +96,7 @@ impl Changes {
         let made = differences(&[0, 1, 2].map(of_link));
         let (mut sums, mut all) = ([0.0; 3], 0.0);
         for (i, made) in made.iter().enumerate() {
-            let turned = &self.turned[hung.wiring.encoders[i]];
-            let worked = &self.worked[hung.wiring.torques[i]];
+            let [turned, worked] = [&self.turned, &self.worked].map(|of| &of[hung.order[i]]);
             for ((made, turned), worked) in made.iter().zip(turned).zip(worked) {
                 let left = made - turned;
                 all += made * made;
@@ -146,27 +145,19 @@ pub fn finding(log: &Readings<'_>) -> Finding {
     let Some(changes) = Changes::of(log) else {
         return Finding::ok(TEST, CHANNEL, "the robot does not drive").cannot_tell(unknown);
     };
-    let hung = |(order, carriers): ([usize; 3], [Carrier; 3])| Hung {
-        wiring: Wiring {
-            encoders: order,
-            torques: order,
-            links: false,
-        },
-        carriers,
-    };
-    let order = PAIRINGS[0];
-    let own = changes.left(&hung((order, carriers)));
-    let [front, middle, rear] = carriers;
-    let other = match middle {
+    let hung = |order: [usize; 3]| Hung { order, carriers };
+    let own = changes.left(&hung(PAIRINGS[0]));
+    let mut on_other = hung(PAIRINGS[0]);
+    on_other.carriers[1] = match carriers[1] {
         Carrier::Link1 => Carrier::Link2,
         Carrier::Link2 => Carrier::Link1,
     };
-    let mut others = vec![(order, [front, other, rear])];
-    others.extend(PAIRINGS[1..].iter().map(|order| (*order, carriers)));
+    let mut others = vec![on_other];
+    others.extend(PAIRINGS[1..].iter().copied().map(hung));
     // The fewest changes first.
-    others.sort_by_key(|(order, _)| moved(*order).count());
+    others.sort_by_key(|hung| moved(hung.order).count());
     let judged = |hung: Hung| (hung, changes.left(&hung));
-    let others: Vec<(Hung, Left)> = others.into_iter().map(hung).map(judged).collect();
+    let others: Vec<(Hung, Left)> = others.into_iter().map(judged).collect();
     // The logarithm of the odds of another one to what is stated.
     let odds = |left: &Left| 0.5 * changes.count * (own.of_wheels / left.of_wheels).ln();
     let most = others.iter().map(|(_, left)| odds(left));
@@ -198,29 +189,34 @@ pub fn finding(log: &Readings<'_>) -> Finding {
 }
 
 impl Hung {
+    fn wiring(self) -> Wiring {
+        Wiring {
+            encoders: self.order,
+            torques: self.order,
+            links: false,
+        }
+    }
+
     fn words(self) -> String {
-        match moved(self.wiring.encoders).count() {
+        match moved(self.order).count() {
             0 => format!(
                 "the middle wheel hangs on link {}: correct `carriers` of the robot file",
                 self.carriers[1].index() + 1
             ),
-            _ => self.wiring.words(),
+            _ => self.wiring().words(),
         }
     }
 
     fn fault(self, mut finding: Finding, as_well: &[Self]) -> Finding {
-        let lines = as_well
-            .iter()
-            .map(|hung| format!("\nfits as well: {}", hung.words()));
-        let remedy = self.words() + &lines.collect::<String>();
-        finding.channel = match moved(self.wiring.encoders).collect::<Vec<_>>()[..] {
+        let remedy = self.words() + &rewire::as_well(as_well.iter().map(|hung| hung.words()));
+        finding.channel = match moved(self.order).collect::<Vec<_>>()[..] {
             [] => ROBOT_FILE.to_owned(),
             [a, b] => {
                 let of: [fn(usize) -> Channel; 2] = [Channel::Encoder, Channel::Torque];
                 finding = finding.change(of.map(|of| Change::Exchange(of(a), of(b))));
-                self.wiring.channels()
+                self.wiring().channels()
             }
-            _ => self.wiring.channels(),
+            _ => self.wiring().channels(),
         };
         finding.fault(remedy)
     }

@@ -24,17 +24,17 @@ const PIN: &str = "pin_angle after body_inclination";
 /// Delay of the angle of pin Q behind the body, for right signs and units: with it the wheels pass
 /// the same ground best. `longest` (s) is looked for. `None` of sensors on the links.
 pub fn finding(log: &Readings<'_>, longest: f64) -> Option<Finding> {
-    let (recording, body) = (&log.recording, log.stated.body_link()?);
+    let (recording, robot, body) = (&log.recording, log.stated.robot, log.stated.body_link()?);
     let of_body = &recording.inclination[body];
     let pin = subtract(&recording.inclination[1 - body], of_body);
-    let as_read = Course::new(log, &recording.inclination);
+    let as_read = Course::of(recording, robot);
     let shift = passing(&as_read, &OWN).map_or(steps_of(&as_read, 1.0), |p| p.shift);
     let passing_at = |lag: isize| {
         let turned = delayed(&pin, -lag);
         let other = of_body.iter().zip(&turned).map(|(a, b)| a + b).collect();
         let mut links = recording.inclination.clone();
         links[1 - body] = other;
-        Heights::of(&Course::new(log, &links), &OWN).explained(shift)
+        Heights::of(&Course::with(recording, robot, &links), &OWN).explained(shift)
     };
     let steps = recording.steps(longest) as isize;
     let coarse = (steps / MOST_LAGS).max(1);
@@ -57,7 +57,7 @@ pub fn finding(log: &Readings<'_>, longest: f64) -> Option<Finding> {
     // A distance that is wrong by slip looks like a delay, too.
     let spin = recording.usual_spin()?;
     let way = SLIP * as_read.spacings()[0];
-    let by_slip = way / (spin * log.stated.robot.geometry.wheel_radius);
+    let by_slip = way / (spin * robot.geometry.wheel_radius);
     let of_steps = 0.5 * recording.slowest + 0.5 * coarse as f64 * recording.dt;
     let allowed = ALLOWED_DELAY + of_steps + by_slip;
     if share < EXPLAINED {

@@ -1,6 +1,5 @@
 //! The readings of a log, and what was found so far.
 
-use crate::check::clock::Clock;
 use crate::check::{Finding, Recording, Stated};
 use robhaz_estimator::{SensorFrame, Sides};
 use std::borrow::Cow;
@@ -15,49 +14,24 @@ pub struct Readings<'a> {
     pub is_of_both: bool,
     /// Tests that do not hold in this drive: their faults stop no other test.
     pub excused: &'a [&'static str],
-    /// How the other side pushes this one, as far as that shows.
-    pub pushed: Option<Pushed>,
-}
-
-/// A push of the other side, and what it looks like.
-#[derive(Clone, Copy)]
-pub struct Pushed {
-    /// Push by the torques that the slope does not need, over the weight, -.
-    pub push: f64,
-    /// Tests that know no such push; of a test with a channel that one alone.
-    pub tests: &'static [(&'static str, Option<&'static str>)],
-}
-
-impl Pushed {
-    /// The finding, unless it is a fault that the push explains as well.
-    fn judge(&self, finding: Finding) -> Finding {
-        let is_of = |(test, channel): &(&str, Option<&str>)| {
-            *test == finding.test && channel.is_none_or(|channel| channel == finding.channel)
-        };
-        if !(finding.is_fault() && self.tests.iter().any(is_of)) {
-            return finding;
-        }
-        let way = if self.push > 0.0 { "push" } else { "brake" };
-        finding.unless(&format!(
-            "the other side holds it back, or drives it, as in a skid turn: the torques {way} harder than the slope needs, by {:.2} of this side's weight; record a drive straight on",
-            self.push.abs()
-        ))
-    }
+    /// How hard the other side pushes this one, as far as that shows: see `Level`.
+    pub pushed: Option<f64>,
 }
 
 impl<'a> Readings<'a> {
-    /// Of a side of both, without a finding; `None` without three frames.
-    pub fn of_side(
+    /// Without a finding; `None` without three frames.
+    pub fn new(
         frames: impl Into<Cow<'a, [SensorFrame]>>,
         stated: &'a Stated<'a>,
+        is_of_both: bool,
     ) -> Option<Self> {
         let frames = frames.into();
         Some(Self {
-            recording: Recording::new(&Clock::of(&frames), stated.robot)?,
+            recording: Recording::new(&frames, stated.robot)?,
             stated,
             frames,
             findings: Vec::new(),
-            is_of_both: true,
+            is_of_both,
             excused: &[],
             pushed: None,
         })
@@ -83,13 +57,7 @@ impl<'a> Readings<'a> {
     /// Takes what a test found. Later tests see the readings with its changes.
     pub fn take(&mut self, findings: impl IntoIterator<Item = Finding>) {
         let known = self.findings.len();
-        let pushed = self.pushed;
-        let unless_pushed = |finding: Finding| match pushed {
-            Some(pushed) => pushed.judge(finding),
-            None => finding,
-        };
-        self.findings
-            .extend(findings.into_iter().map(unless_pushed));
+        self.findings.extend(findings);
         let found = &self.findings[known..];
         if found.iter().all(|finding| finding.changes.is_empty()) {
             return;
@@ -98,7 +66,7 @@ impl<'a> Readings<'a> {
             let changes = found.iter().flat_map(|finding| &finding.changes);
             changes.for_each(|change| change.of(frame, self.stated));
         }
-        if let Some(recording) = Recording::new(&Clock::of(&self.frames), self.stated.robot) {
+        if let Some(recording) = Recording::new(&self.frames, self.stated.robot) {
             self.recording = recording;
         }
     }

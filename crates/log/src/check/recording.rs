@@ -4,8 +4,8 @@ use crate::check::Channel;
 use crate::check::clock::{Clock, length};
 use robhaz_estimator::{DRIVING_SPEED, SensorFrame};
 use robhaz_model::{Geometry, Robot, Units, rotate};
-use robhaz_score::Agreement;
 use robhaz_score::signals::{derivative, integral, median, smooth, subtract};
+use robhaz_score::{Agreement, extremes};
 
 /// Longest time without a reading that is bridged by a straight line, s; two periods of a slower
 /// channel.
@@ -110,9 +110,9 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// The recording of the parts of a log, each with increasing times. `None` without a part of
-    /// three frames.
-    pub fn new(clock: &Clock<'_>, robot: &Robot) -> Option<Self> {
+    /// The recording of the parts of a log between gaps and jumps of its clock. `None` without a part of three frames.
+    pub fn new(frames: &[SensorFrame], robot: &Robot) -> Option<Self> {
+        let clock = Clock::of(frames);
         let dt = clock.step?;
         let mut slowest = dt;
         let mut samples = |channel: Channel| {
@@ -131,7 +131,7 @@ impl Recording {
             samples
         };
         let wheel_angle = [0, 1, 2].map(|i| samples(Channel::Encoder(i)));
-        let count = [0, 1, 2].map(|i| least_change(clock, Channel::Encoder(i)));
+        let count = [0, 1, 2].map(|i| least_change(&clock, Channel::Encoder(i)));
         let inclination = [0, 1].map(|k| samples(Channel::Inclinometer(k)));
         let half = steps(0.5 * SMOOTHING, dt);
         let spin = [0, 1, 2].map(|i| derivative(&wheel_angle[i], half, dt));
@@ -239,6 +239,26 @@ fn least_change(clock: &Clock<'_>, channel: Channel) -> f64 {
     if least.is_finite() { least } else { 0.0 }
 }
 
+/// The samples within `near` of one at which the wheels turn at less than half of a `usual` spin speed: they start or stop.
+pub fn starts(spin: &[f64], usual: f64, near: usize) -> Vec<bool> {
+    let mut until = 0;
+    let mut found = vec![false; spin.len()];
+    for (k, x) in spin.iter().enumerate() {
+        if x.abs() < 0.5 * usual {
+            let from = k.saturating_sub(near).max(until);
+            until = (k + near + 1).min(spin.len());
+            found[from..until].fill(true);
+        }
+    }
+    found
+}
+
+/// Difference of the greatest and the least value of a signal that are there; 0 without one.
+pub fn range(x: &[f64]) -> f64 {
+    let (low, high) = extremes(x.iter().copied().filter(|x| x.is_finite()));
+    (high - low).max(0.0)
+}
+
 /// Adds to each sum what is its.
 pub fn add<const N: usize>(sums: &mut [f64; N], values: [f64; N]) {
     for (sum, x) in sums.iter_mut().zip(values) {
@@ -322,7 +342,7 @@ mod tests {
     }
 
     fn recording(frames: &[SensorFrame]) -> Option<Recording> {
-        Recording::new(&Clock::of(frames), &Robot::default_a())
+        Recording::new(frames, &Robot::default_a())
     }
 
     /// Closed form: between readings the recording is a straight line; a lost frame is bridged; a

@@ -140,7 +140,10 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let mut findings = rest.zeros_of_gyros();
     findings.extend(rest.angles().map(|angle| rest.zero_of_angle(angle)));
     findings.extend(rest.zeros_of_torques());
-    let all = rest.rates().chain(rest.angles()).chain(rest.torques());
+    let all = rest
+        .of(Channel::is_rate)
+        .chain(rest.angles())
+        .chain(rest.torques());
     findings.extend(all.map(noise));
     findings
 }
@@ -155,19 +158,16 @@ struct Rest<'a> {
 }
 
 impl Rest<'_> {
-    fn torques(&self) -> impl Iterator<Item = &Recorded> {
-        let is_torque = |x: &&Recorded| matches!(x.channel, Channel::Torque(_));
-        self.channels.iter().filter(is_torque)
+    fn of(&self, is_of: impl Fn(Channel) -> bool) -> impl Iterator<Item = &Recorded> {
+        self.channels.iter().filter(move |x| is_of(x.channel))
     }
 
-    fn rates(&self) -> impl Iterator<Item = &Recorded> {
-        self.channels.iter().filter(|x| x.channel.is_rate())
+    fn torques(&self) -> impl Iterator<Item = &Recorded> {
+        self.of(Channel::is_torque)
     }
 
     fn angles(&self) -> impl Iterator<Item = &Recorded> {
-        let is_other =
-            |x: &Recorded| matches!(x.channel, Channel::Torque(_)) || x.channel.is_rate();
-        self.channels.iter().filter(move |x| !is_other(x))
+        self.of(|channel| !channel.is_torque() && !channel.is_rate())
     }
 
     fn zeros_of_gyros(&self) -> Vec<Finding> {

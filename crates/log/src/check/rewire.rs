@@ -48,6 +48,16 @@ impl Channel {
         matches!(self, Self::Inclinometer(_) | Self::BodyInclination)
     }
 
+    /// Whether it is the angle of a wheel.
+    pub const fn is_encoder(self) -> bool {
+        matches!(self, Self::Encoder(_))
+    }
+
+    /// Whether it is a torque.
+    pub const fn is_torque(self) -> bool {
+        matches!(self, Self::Torque(_))
+    }
+
     /// Whether it is a rate.
     pub const fn is_rate(self) -> bool {
         matches!(self, Self::Gyro(_) | Self::BodyRate)
@@ -132,6 +142,13 @@ impl fmt::Display for Channel {
 /// The wheels that are not at their own place in an order.
 pub fn moved(order: [usize; 3]) -> impl Iterator<Item = usize> {
     (0..3).filter(move |i| order[*i] != *i)
+}
+
+/// What else fits, as lines of a remedy.
+pub fn as_well(words: impl Iterator<Item = String>) -> String {
+    words
+        .map(|words| format!("\nfits as well: {words}"))
+        .collect()
 }
 
 /// The names of channels.

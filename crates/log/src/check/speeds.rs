@@ -7,7 +7,8 @@
 use crate::check::changes::DEGREE;
 use crate::check::course::{Course, OWN};
 use crate::check::ground::{CERTAIN, EXPLAINED, SCALE_ERROR, passing};
-use crate::check::{Finding, Readings, Stated};
+use crate::check::{Finding, Recording, Stated};
+use crate::integral::integrate;
 use robhaz_estimator::SensorFrame;
 use std::f64::consts::TAU;
 
@@ -18,8 +19,8 @@ const UNITS: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", DEGREE), ("rpm", TAU 
 /// The finding of angles that are speeds; `None` of others, and where the ground shows nothing.
 pub fn finding(frames: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
     let explained = |frames: &[SensorFrame]| {
-        let log = Readings::of_side(frames, stated)?;
-        passing(&Course::new(&log, &log.recording.inclination), &OWN)
+        let recording = Recording::new(frames, stated.robot)?;
+        passing(&Course::of(&recording, stated.robot), &OWN)
     };
     if !comes_back(frames) {
         return None;
@@ -59,19 +60,13 @@ fn comes_back(frames: &[SensorFrame]) -> bool {
 
 /// Frames whose angles are the integrals of what they were, in this unit.
 fn integrated(frames: &[SensorFrame], unit: f64) -> Vec<SensorFrame> {
-    let mut angle = [0.0; 3];
-    let mut last = [None::<(f64, f64)>; 3];
-    let of = |frame: &SensorFrame| {
-        let mut frame = *frame;
-        for (i, reading) in frame.wheel_angle.iter_mut().enumerate() {
-            let Some(speed) = *reading else { continue };
-            if let Some((time, before)) = last[i] {
-                angle[i] += 0.5 * unit * (frame.time - time) * (before + speed);
-            }
-            last[i] = Some((frame.time, speed));
-            *reading = Some(angle[i]);
-        }
-        frame
-    };
-    frames.iter().map(of).collect()
+    let mut frames = frames.to_vec();
+    for i in 0..3 {
+        integrate(frames.iter_mut().filter_map(|frame| {
+            let speed = frame.wheel_angle[i].as_mut()?;
+            *speed *= unit;
+            Some((frame.time, speed))
+        }));
+    }
+    frames
 }

@@ -5,7 +5,7 @@
 //! All three negative ones mean the torques, or the encoders: these, if the inclinometers show the
 //! acceleration the other way round, too.
 
-use crate::check::newton::{OTHER_SIZE, Start};
+use crate::check::newton::{OTHER_SIZE, Start, inertia};
 use crate::check::recording::SMOOTHING;
 use crate::check::rest::rest;
 use crate::check::{Change, Channel, Finding, Readings, Verdict};
@@ -61,9 +61,7 @@ fn coefficients(log: &Readings<'_>) -> [Option<f64>; 3] {
 
 /// What the inertias of rotor, wheel and a third of the robot ask for, N m s^2.
 pub fn expected(log: &Readings<'_>) -> f64 {
-    let robot = log.stated.robot;
-    let (mass, radius) = (&robot.mass, robot.geometry.wheel_radius);
-    mass.wheel_inertia + mass.rotor_inertia + mass.total() * radius * radius / 3.0
+    inertia(log.stated.robot) / 3.0
 }
 
 /// The channel of torques or encoders that are in another unit.
@@ -82,7 +80,7 @@ pub fn unit(log: &Readings<'_>) -> Option<Finding> {
     let figure =
         format!("the torques of the start are {share:.3} of what the robot's inertias ask for");
     let remedy = "the encoders or the torques have another unit (degrees 57.3; mN m, or mA for A, 1000), or are those of the motor's side: angles over the gear ratio, torques times it; or the masses are wrong";
-    let finding = Finding::ok(TEST, OF_UNIT, figure).with("share", share, "");
+    let finding = Finding::ok(TEST, OF_UNIT, figure).with("share", share, "-");
     is_other.then(|| finding.fault(remedy))
 }
 

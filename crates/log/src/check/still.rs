@@ -49,7 +49,7 @@ pub fn findings(
     let times: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
     for recorded in Recorded::of_frames(frames, stated) {
         let channel = recorded.channel;
-        let is_encoder = matches!(channel, Channel::Encoder(_));
+        let is_encoder = channel.is_encoder();
         let range = match is_encoder {
             true => wrapped(frames, channel),
             false => at_limit(&recorded),
@@ -84,7 +84,7 @@ fn repeated(frames: &[SensorFrame], of_body: bool) -> Vec<Finding> {
                 let channels = format!("{a}, {b}");
                 let finding = Finding::ok(COLUMNS, channels, "the same value in each frame");
                 let parked = || pairs().all(|(x, _)| (x - first).abs() < PARKED);
-                if matches!(a, Channel::Encoder(_)) && parked() {
+                if a.is_encoder() && parked() {
                     findings.push(finding.cannot_tell("the wheels do not turn: record a drive"));
                     continue;
                 }
@@ -335,7 +335,7 @@ fn at_limit(channel: &Recorded) -> Option<Finding> {
     let inside = |x: &f64| if inside(x) { *x } else { f64::NAN };
     let noise = white_noise(&channel.values.iter().map(inside).collect::<Vec<f64>>());
     let is_measured = noise.is_some_and(|noise| noise > MEASURED * channel.noise);
-    if matches!(channel.channel, Channel::Torque(_)) && !is_measured {
+    if channel.channel.is_torque() && !is_measured {
         let remedy = format!(
             "at its limit of {limit:.3}: fine if it is the drive's, else raise the sensor's range"
         );

@@ -52,14 +52,10 @@ pub fn findings(frames: &[SensorFrame], stated: &Stated<'_>) -> Vec<Finding> {
     let sum = |count: fn(&TurnsBack) -> usize| one_way.iter().map(|of| count(of)).sum::<usize>();
     let is_shown = sum(|of| of.touches) >= TOUCHES && sum(|of| of.visits[0]) >= NEAR_AT_TURNS;
     for (i, torque) in torques.iter().enumerate() {
-        match torque.fault(stated.settings.budget.torque_noise, is_shown) {
+        let channel = Channel::Torque(i);
+        match torque.fault(channel, stated.settings.budget.torque_noise, is_shown) {
             None => visits = [0, 1].map(|side| visits[side] + torque.visits[side]),
-            Some(([figure, remedy], is_lost)) => {
-                let torque = Channel::Torque(i);
-                let change = is_lost.then_some(Change::Remove(torque));
-                let finding = Finding::ok(TEST, torque, figure).fault(remedy);
-                faults.push(finding.change(change));
-            }
+            Some(fault) => faults.push(fault),
         }
     }
     if faults.is_empty() {
@@ -108,9 +104,6 @@ impl TurnsBack {
         self.touches >= LEAST_TOUCHES && self.passes == 0 && self.visits[1] == 0
     }
 }
-
-/// What is wrong with a torque, what to do, and whether its sign is lost: nothing that follows from it is right.
-type Fault = ([String; 2], bool);
 
 /// The readings of a torque.
 struct Torque {
@@ -192,10 +185,12 @@ impl Torque {
         self.has_one_sign() && is_on_one_side(self.visits, NEAR)
     }
 
-    /// What is wrong and what to do. `noise` is the stated one, N m; `is_shown`: whether those that turn back at
-    /// zero show together that they have the sign of the speed.
-    fn fault(&self, noise: f64, is_shown: bool) -> Option<Fault> {
-        let [lost, rough] = [true, false].map(|is_lost| move |words| Some((words, is_lost)));
+    /// What is wrong and what to do; where the sign is lost nothing that follows from the torque is right. `noise` is the
+    /// stated one, N m; `is_shown`: whether those that turn back at zero show together that they have the sign of the speed.
+    fn fault(&self, channel: Channel, noise: f64, is_shown: bool) -> Option<Finding> {
+        let rough =
+            |[figure, remedy]: [String; 2]| Some(Finding::ok(TEST, channel, figure).fault(remedy));
+        let lost = |words| Some(rough(words)?.change([Change::Remove(channel)]));
         if let Some(range) = unsigned(&self.values) {
             return lost([
                 format!("jumps to and fro over an empty range, by {range:.3} N m"),

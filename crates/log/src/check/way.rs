@@ -37,10 +37,9 @@ pub struct Way {
     pub bias: f64,
 }
 
-/// The range of a signal; 0 of one without a value.
+/// The range of a signal; infinite of one without a value, of which nothing is known.
 pub fn range(x: &[f64]) -> f64 {
     let (low, high) = extremes(x.iter().copied().filter(|x| x.is_finite()));
-    // Without a reading nothing is known.
     (high - low).abs()
 }
 

@@ -66,7 +66,7 @@ pub fn findings(log: &Readings<'_>) -> [Finding; 3] {
 fn sizes(log: &Readings<'_>) -> Option<[(f64, f64); 3]> {
     let (recording, robot) = (&log.recording, log.stated.robot);
     let budget = &log.stated.settings.budget;
-    let moment = robot.mass.total() * robot.gravity / 3.0 * robot.geometry.wheel_radius;
+    let moment = robot.mean_wheel_load() * robot.geometry.wheel_radius;
     let driving = |x: &Vec<f64>| recording.while_driving(x);
     let spins = recording.spin.each_ref().map(driving);
     let torques = recording.torque.each_ref().map(driving);

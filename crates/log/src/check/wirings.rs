@@ -7,6 +7,7 @@
 use crate::check::judgement::{AGREE, BETTER, Judgement, REFUSED};
 use crate::check::recording::part_of_drive;
 use crate::check::rest::has_quiet;
+use crate::check::rewire::as_well;
 use crate::check::wiring::Wiring;
 use crate::check::{Finding, Readings, Stated};
 use robhaz_estimator::{PAIRINGS, SensorFrame};
@@ -28,37 +29,26 @@ pub fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
     part_of_drive(frames, |f| (f.time, f.wheel_angle), 0.1, LONGEST)
 }
 
-/// The wirings that are tried, the fewest changes first, each with its contradiction: the sum of the
-/// mean NIS, less the least one of the encoders, since what no wiring changes would only hide their
-/// differences.
-struct Tried(Vec<(Wiring, f64)>);
+/// A wiring with its contradiction: the sum of the mean NIS, less the least one of the encoders of all that are tried,
+/// since what no wiring changes would only hide their differences.
+type Tried = (Wiring, f64);
 
-impl Tried {
-    fn least(&self) -> f64 {
-        let all = self.0.iter().map(|(_, contradiction)| *contradiction);
-        all.fold(f64::INFINITY, f64::min)
-    }
-
-    fn of_log(&self) -> f64 {
-        let mut all = self.0.iter();
-        let own = all.find(|(wiring, _)| *wiring == Wiring::OF_LOG);
-        own.map_or(REFUSED, |(_, contradiction)| *contradiction)
-    }
-
-    fn up_to(&self, most: f64) -> impl Iterator<Item = Wiring> + '_ {
-        let fits = self.0.iter().filter(move |(_, found)| *found <= most);
-        fits.map(|(wiring, _)| *wiring)
-    }
+/// The least contradiction, and that of the log's own wiring.
+fn least_and_own(tried: &[Tried]) -> [f64; 2] {
+    let all = tried.iter().map(|(_, contradiction)| *contradiction);
+    let own = tried.iter().find(|(wiring, _)| *wiring == Wiring::OF_LOG);
+    let own = own.map_or(REFUSED, |(_, contradiction)| *contradiction);
+    [all.fold(f64::INFINITY, f64::min), own]
 }
 
-/// Those in which the torques belong to the encoders of `order`, if these show it, and that of the log. Few
-/// where all agrees as wired (`agrees`).
+/// The wirings in which the torques belong to the encoders of `order`, if these show it, and that of the log, the fewest
+/// changes first. Few where all agrees as wired (`agrees`).
 fn tried(
     part: &[SensorFrame],
     stated: &Stated<'_>,
     order: Option<[usize; 3]>,
     agrees: bool,
-) -> Tried {
+) -> Vec<Tried> {
     let tried = |order: Option<[usize; 3]>, few: bool| {
         let mut wirings = Wiring::all(order);
         if !wirings.contains(&Wiring::OF_LOG) {
@@ -73,14 +63,15 @@ fn tried(
         let of_encoders = judged.iter().map(|found| found.of_encoders);
         let common = of_encoders.fold(f64::INFINITY, f64::min);
         let compared = judged.iter().map(|found| found.nis - common);
-        Tried(wirings.into_iter().zip(compared).collect())
+        wirings.into_iter().zip(compared).collect::<Vec<Tried>>()
     };
     if !agrees {
         return tried(order, false);
     }
     let few = tried(Some(PAIRINGS[0]), true);
     // Where another wiring fits better, the torques may belong to other encoders, too.
-    match few.least() < BETTER * few.of_log() {
+    let [least, own] = least_and_own(&few);
+    match least < BETTER * own {
         true => tried(order, false),
         false => few,
     }
@@ -97,24 +88,27 @@ pub fn finding(
     let is_other = order.is_some_and(|order| order != PAIRINGS[0]);
     let certain = log.certain();
     let mut tried = tried(part, log.stated, order, agrees && !is_other);
-    let of_log = tried.of_log();
+    let [_, of_log] = least_and_own(&tried);
     // Where the torques belong to other encoders, the wiring of the log is none to choose.
-    (tried.0).retain(|(wiring, _)| !is_other || *wiring != Wiring::OF_LOG);
-    let least = tried.least();
+    tried.retain(|(wiring, _)| !is_other || *wiring != Wiring::OF_LOG);
+    let [least, _] = least_and_own(&tried);
+    let up_to = |most: f64| {
+        let fits = tried.iter().filter(move |(_, found)| *found <= most);
+        fits.map(|(wiring, _)| *wiring)
+    };
     // The first that fits as well as the best: the fewest changes.
-    let best = tried.up_to(AS_WELL * least).next();
-    let best = best.unwrap_or(Wiring::OF_LOG);
+    let best = up_to(AS_WELL * least).next().unwrap_or(Wiring::OF_LOG);
     // The log's own wiring excludes another one as far as the other one would have to exclude it.
     let margin = match best == Wiring::OF_LOG {
         true => 1.0 / BETTER,
         false => AS_WELL,
     };
-    let mut as_well: Vec<Wiring> = tried.up_to(margin * least).collect();
-    as_well.retain(|wiring| ![best, Wiring::OF_LOG].contains(wiring));
+    let mut alike: Vec<Wiring> = up_to(margin * least).collect();
+    alike.retain(|wiring| ![best, Wiring::OF_LOG].contains(wiring));
     // Where the readings agree far better than stated, or too few of them show it, another wiring
     // that fits better than that of the log is none to choose, but it fits as well.
     let better = Some(best).filter(|best| *best != Wiring::OF_LOG && of_log > AGREE);
-    let others: Vec<Wiring> = better.into_iter().chain(as_well.iter().copied()).collect();
+    let others: Vec<Wiring> = better.into_iter().chain(alike.iter().copied()).collect();
     let share = match certain {
         certain if certain <= 0.0 => BETTER,
         _ => 1.0 / FAR_BETTER,
@@ -122,7 +116,7 @@ pub fn finding(
     let is_certain = certain.is_finite() && better.is_some() && least < share * of_log;
     let figure = format!(
         "{} wirings tried; contradiction (sum of the mean NIS, less that of the encoders at best) {of_log:.1} as wired, {least:.1} at best",
-        tried.0.len()
+        tried.len()
     );
     let finding = |channel: String| {
         Finding::ok(TEST, channel, figure)
@@ -134,7 +128,7 @@ pub fn finding(
         let remedy = "correct the unit of the torques, or state their noise, first";
         (finding(CHANNEL.to_owned()).cannot_tell(remedy), None)
     } else if is_certain || best != Wiring::OF_LOG && is_other {
-        let remedy = format!("{}{}", best.words(), also(&as_well));
+        let remedy = format!("{}{}", best.words(), also(&alike));
         (finding(best.channels()).fault(remedy), Some(best))
     } else if let [other, ..] = others[..] {
         let remedy = format!(
@@ -149,8 +143,7 @@ pub fn finding(
 
 /// Wirings that fit as well as the best, in words, a line each.
 fn also(wirings: &[Wiring]) -> String {
-    let line = |wiring: &Wiring| format!("\nfits as well: {}", wiring.words());
-    let mut lines: String = wirings.iter().take(MOST_SHOWN).map(line).collect();
+    let mut lines = as_well(wirings.iter().take(MOST_SHOWN).map(Wiring::words));
     if let more @ 1.. = wirings.len().saturating_sub(MOST_SHOWN) {
         lines += &format!("\nand {more} more");
     }

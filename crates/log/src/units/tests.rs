@@ -111,13 +111,12 @@ fn other_words_are_no_units() {
 #[test]
 fn a_scale_can_hold_the_unit() {
     let agrees = |kind, factor, scale, column: &str| {
-        let stated = Stated {
-            name: "",
+        let stated = Unit {
+            name: String::new(),
             kind,
             factor,
-            scale,
         };
-        stated.agrees(&Unit::of(column).unwrap())
+        stated.agrees(scale, &Unit::of(column).unwrap())
     };
     let degree = PI / 180.0;
     assert!(!agrees(Kind::Angle, 1.0, 1.0, "deg"));

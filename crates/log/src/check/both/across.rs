@@ -5,7 +5,7 @@ use super::frames::{
     self, LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_bias, yaw_steps,
 };
 use crate::check::recording::{add, steps};
-use crate::check::way::{self, Way};
+use crate::check::way::{Way, range};
 use crate::check::{Channel, Finding, StatedBoth, dead, rest, still};
 use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
@@ -190,7 +190,7 @@ pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     let way = Way {
         steps: turned.windows(2).map(step).collect(),
         footprint: geometry.wheelbase(),
-        slopes: way::range(&averaged(|f| f.inclination)) + way::range(&averaged(|f| f.roll)),
+        slopes: range(&averaged(|f| f.inclination)) + range(&averaged(|f| f.roll)),
         bias: stated.joint[1],
     };
     let [left, right, coupling, ..] = readings(stated.rover);

@@ -85,6 +85,7 @@ fn gain([own, own_others]: &[f64; 2], [misfit, others]: &[f64; 2]) -> f64 {
 }
 
 /// What the estimator of both sides says of a wiring.
+#[derive(Default)]
 struct Judged {
     /// Means of the normalised innovations squared: misfit; slip and directions of the wheels.
     sums: [f64; 2],
@@ -95,8 +96,8 @@ struct Judged {
     count: f64,
     /// How far the wheels turn in these, rad.
     rolled: f64,
-    /// Correlation of the roll rate with that which the ground under both sides asks for.
-    correlation: f64,
+    /// Of the roll rate with that which the ground under both sides asks for.
+    roll: Correlation,
     /// Normal forces of all frames with an estimate, N, and the sum of their variances, N^2.
     normal: Vec<(f64, [f64; 6])>,
     variance: f64,
@@ -115,50 +116,43 @@ impl Judged {
         let rover = stated.rover;
         let mut estimator = stated.estimator()?;
         let least = driving_speed(&rover.side);
-        let (mut sums, mut parts) = ([0.0; 2], Vec::new());
-        let (mut count, mut roll) = (0.0, Correlation::default());
-        let (mut normal, mut variance, mut weight) = (Vec::new(), 0.0, None);
-        let (mut rolled, mut last) = (0.0, frames.first().map_or(0.0, |(f, _)| f.time));
+        let mut found = Self::default();
+        let mut last = frames.first().map_or(0.0, |(f, _)| f.time);
         for (frame, speed) in frames {
             let step = frame.time - std::mem::replace(&mut last, frame.time);
             let frame = wired(frame, wiring);
             let Ok(estimate) = estimator.update(&frame) else {
                 continue;
             };
-            normal.push((frame.time, estimate.normal_force));
-            variance += (0..6).map(|i| estimate.covariance[i][i]).sum::<f64>();
-            weight = Some(estimate.torque_scale.confirmation);
+            found.normal.push((frame.time, estimate.normal_force));
+            found.variance += (0..6).map(|i| estimate.covariance[i][i]).sum::<f64>();
+            found.weight = Some(estimate.torque_scale.confirmation);
             let held = estimate.flags().contains(Flags::SENSOR_STALE);
             if estimate.dragged || held || speed.abs() < least {
                 continue;
             }
-            count += 1.0;
-            rolled += speed.abs() / rover.side.geometry.wheel_radius * step.clamp(0.0, LONGEST_GAP);
+            found.count += 1.0;
+            let turned = speed.abs() / rover.side.geometry.wheel_radius;
+            found.rolled += turned * step.clamp(0.0, LONGEST_GAP);
             let mut of_frame = [estimate.misfit.min(LARGEST_MISFIT), 0.0];
             for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
                 of_frame[1] += health.slip.iter().chain(&health.direction).sum::<f64>();
             }
-            parts.resize(parts.len().max(rolled as usize + 1), [0.0; 2]);
-            add(&mut parts[rolled as usize], [of_frame.iter().sum(), 1.0]);
-            add(&mut sums, of_frame);
+            let (parts, part) = (&mut found.parts, found.rolled as usize);
+            parts.resize(parts.len().max(part + 1), [0.0; 2]);
+            add(&mut parts[part], [of_frame.iter().sum(), 1.0]);
+            add(&mut found.sums, of_frame);
             // No more frames than all can count.
-            if is_out(&sums.map(|sum| sum / frames.len() as f64)) {
+            if is_out(&found.sums.map(|sum| sum / frames.len() as f64)) {
                 return None;
             }
             if let [Some(rate), ..] = frame.rates {
-                roll.add(rate, roll_on_ground(rover, &estimate, *speed));
+                let asked = roll_on_ground(rover, &estimate, *speed);
+                found.roll.add(rate, asked);
             }
         }
-        Some(Self {
-            sums: sums.map(|sum| sum / count),
-            parts,
-            count,
-            rolled,
-            correlation: roll.value(),
-            normal,
-            variance,
-            weight,
-        })
+        found.sums = found.sums.map(|sum| sum / found.count);
+        Some(found)
     }
 
     /// Mean square of the differences of the normal forces from those of `own`, N^2, and of all
@@ -301,12 +295,12 @@ impl<'a> Compared<'a> {
     /// How far the roll follows the ground, in deviations of a correlation that is none: Fisher's
     /// transform of the correlation of independent samples.
     fn follows(&self) -> f64 {
-        self.own.correlation.atanh() * (self.samples - 3.0).max(0.0).sqrt()
+        self.own.roll.value().atanh() * (self.samples - 3.0).max(0.0).sqrt()
     }
 
     /// The roll against the ground.
     fn roll(&self) -> Option<String> {
-        let correlation = self.own.correlation;
+        let correlation = self.own.roll.value();
         (self.follows() < -BEYOND).then(|| {
             format!("body_roll_rate has a correlation of {correlation:.2} with the roll that the ground under both sides asks for")
         })

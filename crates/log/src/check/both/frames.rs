@@ -135,7 +135,9 @@ pub fn without_yaw_bias<'a>(
 }
 
 /// A step between two frames with the angles of all wheels and a yaw rate.
-pub struct YawStep {
+pub struct YawStep<'a> {
+    /// The frame at its end.
+    pub end: &'a WholeFrame,
     /// Its length, s.
     pub time: f64,
     /// Mean turns of the wheels of left and right, rad.
@@ -147,27 +149,25 @@ pub struct YawStep {
 }
 
 /// All such steps of a log.
-pub fn yaw_steps(frames: &[WholeFrame], rover: &WholeRover) -> Vec<YawStep> {
+pub fn yaw_steps<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> Vec<YawStep<'a>> {
     let radius = rover.side.geometry.wheel_radius;
     let track = rover.mean_half_track();
-    let read = |frame: &WholeFrame| {
+    let read = |frame: &'a WholeFrame| {
         let [a, b, c, d, e, f] = frame.wheel_angle;
         let (left, right) = (a? + b? + c?, d? + e? + f?);
-        let [_, _, rate] = frame.rates;
         let yaw = radius * (right - left) / (6.0 * track);
-        Some((frame.time, [left / 3.0, right / 3.0], yaw, rate?))
+        Some((frame, [left / 3.0, right / 3.0], yaw, frame.rates[2]?))
     };
     let read: Vec<_> = frames.iter().filter_map(read).collect();
-    let step = |ends: &[(f64, [f64; 2], f64, f64)]| {
-        let ((start, from, before, _), (end, to, yaw, rate)) = (ends[0], ends[1]);
-        YawStep {
-            time: end - start,
-            sides: [to[0] - from[0], to[1] - from[1]],
-            by_wheels: yaw - before,
-            rate,
-        }
-    };
-    read.windows(2).map(step).collect()
+    let steps = read.iter().zip(read.iter().skip(1));
+    let steps = steps.map(|((start, from, before, _), (end, to, yaw, rate))| YawStep {
+        end,
+        time: end.time - start.time,
+        sides: [to[0] - from[0], to[1] - from[1]],
+        by_wheels: yaw - before,
+        rate: *rate,
+    });
+    steps.collect()
 }
 
 /// Median time between frames, s.

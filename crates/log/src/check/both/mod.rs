@@ -21,8 +21,8 @@ pub use contradiction::{Consistency, contradiction};
 
 use crate::check::{
     BodyNoise, Finding, Level, RIGHT_FILE, SIDES, Stated, StatedBoth, UNITS, Verdict, check_side,
-    check_start, delay, drive, ground, in_step, is_of_robot_file, left_out, level, limits, links,
-    on_links, rest, speeds, stamps, start, way, wheels,
+    check_start, clock, delay, drive, ground, in_step, is_of_robot_file, left_out, level, limits,
+    links, on_links, rest, speeds, start, way, wheels,
 };
 use crate::frames::side_frame;
 use rayon::prelude::*;
@@ -75,7 +75,7 @@ pub fn check_both(
     let frames = &frames::without_yaw_bias(frames, &stated.settings.budget);
     let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
     let mut stated = *stated;
-    let of_stamps = stamps::finding(&left, &mut stated.settings.budget);
+    let of_stamps = clock::jitter(&left, &mut stated.settings.budget);
     let stated = &stated;
     // Without one, or with one that no rover can have, all others look wrong.
     let mut unusable = across::silences(frames, stated.rover);
@@ -145,12 +145,10 @@ fn across_sides(
     let mut zeros = across::zeros(frames, stated);
     for (zero, side) in zeros.iter_mut().zip(["left", "right"]) {
         take_rest(zero, side, findings);
-    }
-    // One remedy for one pin: the way tells its zero from that of the body.
-    for (zero, side) in zeros.iter().zip(["left", "right"]) {
-        let is_twin = |f: &Finding| f.test == ground::OFFSET && f.channel.starts_with(side);
-        let tells = zero.verdict != Verdict::CannotTell;
-        findings.retain(|f| !(tells && is_twin(f)));
+        // One remedy for one pin: the way tells its zero from that of the body.
+        if zero.verdict != Verdict::CannotTell {
+            findings.retain(|f| f.test != ground::OFFSET || !f.channel.starts_with(side));
+        }
     }
     // The small gain by which a joint's wiring shows is as well that of a zero that is off.
     let zeroed = !zeros.iter().any(Finding::is_fault);
@@ -188,22 +186,16 @@ fn across_sides(
 fn take_rest(zero: &mut Finding, side: &str, findings: &mut Vec<Finding>) {
     let of_pin = format!("{side}: pin_angle");
     let is_of_rest =
-        |f: &Finding| f.test == rest::ZERO && f.channel == of_pin && f.verdict != Verdict::Ok;
-    let Some(remedy) = zero
-        .remedy
-        .as_mut()
-        .filter(|_| zero.verdict == Verdict::Fault)
-    else {
-        return;
-    };
-    let Some(k) = findings.iter().position(is_of_rest) else {
-        return;
-    };
-    let of_rest = findings.remove(k);
-    *remedy = format!(
-        "{remedy}\nthis is the mean over the drive, which bumps under one side shift; {}",
-        of_rest.remedy.unwrap_or_default()
-    );
+        |f: &mut Finding| f.test == rest::ZERO && f.channel == of_pin && f.verdict != Verdict::Ok;
+    if zero.is_fault()
+        && let Some(remedy) = &mut zero.remedy
+        && let Some(of_rest) = findings.extract_if(.., is_of_rest).next()
+    {
+        *remedy += &format!(
+            "\nthis is the mean over the drive, which bumps under one side shift; {}",
+            of_rest.remedy.unwrap_or_default()
+        );
+    }
 }
 
 /// What a test says of the frames of one side, with what is stated of it.

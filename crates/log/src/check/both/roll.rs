@@ -2,11 +2,11 @@
 
 use super::across::{LEAST_TURN, SMOOTHING};
 use super::frames::{LONGEST_GAP, values, wheel_turns};
-use crate::check::recording::{add, steps};
+use crate::check::recording::{range, steps};
 use crate::check::{Finding, StatedBoth, way};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
-use robhaz_score::signals::{derivative, integral, median, smooth};
+use robhaz_score::signals::{Fit, derivative, fit, integral, median, smooth};
 use std::ops::RangeInclusive;
 
 /// Standard deviations of the sensor's constant error beyond which a mean is a slope or a zero.
@@ -94,32 +94,26 @@ pub fn roll(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Findin
     // Twice the step of the filter of a gyroscope's drift: slow drifts cancel.
     let apart = (0.5 * pace).min(LONGEST);
     let step = steps(apart, dt);
-    // Of each, and of its products with what the rate adds up to.
-    let (mut sums, mut products, mut count) = ([0.0; 5], [0.0; 5], 0.0);
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut changes: Vec<[f64; 5]> = Vec::new();
     for part in readings.chunk_by(|a, b| b[0] - a[0] <= LONGEST_GAP) {
         let of_part = rolls(part, stated.rover, dt);
-        for k in step..part.len() {
-            let change = of_part.each_ref().map(|x| x[k] - x[k - step]);
-            let [_, by_rate, ..] = change;
-            if !change.iter().sum::<f64>().is_finite() {
-                continue;
-            }
-            add(&mut sums, change);
-            add(&mut products, change.map(|x| x * by_rate));
-            count += 1.0;
-            (low, high) = (low.min(by_rate), high.max(by_rate));
-        }
+        let change = |k: usize| of_part.each_ref().map(|x| x[k] - x[k - step]);
+        changes.extend((step..part.len()).map(change));
     }
+    changes.retain(|change| change.iter().all(|x| x.is_finite()));
+    let column = |i: usize| -> Vec<f64> { changes.iter().map(|change| change[i]).collect() };
+    let by_rate = column(1);
     let (test, channel) = ("roll and its rate", "body_roll, body_roll_rate");
-    let range = high - low;
-    if range.is_nan() || range < LEAST_TURN {
+    if range(&by_rate) < LEAST_TURN {
         let figure = format!("the body rolls by less than 2 deg in {apart:.1} s");
         let remedy = "drive over bumps under one side, or lift one side by hand, while recording";
         return Finding::ok(test, channel, figure).cannot_tell(remedy);
     }
-    let together = |i: usize| (products[i] - sums[i] * sums[1] / count) / count;
-    let [read, .., turning, swinging, rolling] = [0, 1, 2, 3, 4].map(|i| together(i) / together(1));
+    let constant = vec![1.0; by_rate.len()];
+    // What does not change at all has none of it.
+    let times = |found: Option<Fit>| found.map_or(0.0, |found| found.coefficients[0]);
+    let [read, turning, swinging, rolling] =
+        [0, 2, 3, 4].map(|i| times(fit(&column(i), &[&by_rate, &constant])));
     let across = match stated.settings.budget.specific_force {
         true => [turning, swinging, rolling],
         false => [0.0; 3],

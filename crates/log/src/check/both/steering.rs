@@ -1,12 +1,13 @@
 //! Whether the wheels are steered as the rover turns.
 
 use super::STRAIGHT;
-use super::frames::{self, LONGEST_GAP, body_turn, wheel_turns};
+use super::frames::{self, LONGEST_GAP, body_turn, yaw_steps};
 use super::wiring::ENDS;
 use crate::check::Finding;
-use crate::check::recording::driving_speed;
+use crate::check::recording::{add, driving_speed};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
+use robhaz_score::signals::{deviation, mean};
 
 /// Steering from which on a wheel does not roll straight ahead, and shows its sign, rad.
 const LEAST_STEERING: f64 = 0.05;
@@ -33,39 +34,28 @@ struct Part<'a> {
 /// The parts of a log without gaps.
 fn parts<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> Vec<Part<'a>> {
     let radius = rover.side.geometry.wheel_radius;
-    let track = rover.mean_half_track();
-    let apart = |frame: &WholeFrame| -> Option<f64> {
-        let [a, b, c, d, e, f] = frame.wheel_angle;
-        Some(d? + e? + f? - a? - b? - c?)
-    };
     let mut parts = Vec::new();
-    // Time (s), angle (rad) of the wheels and that of right less left at the start of a part; of its frames the sum
-    // of the yaw rates and their number; time of the frame before.
-    let (mut start, mut yaw, mut count) = (None::<(f64, [f64; 2])>, 0.0, 0.0);
-    let mut last = None::<f64>;
-    for frame in frames {
-        let turned = wheel_turns(frame).zip(apart(frame));
-        let (Some((all, apart)), [.., Some(rate)]) = (turned, frame.rates) else {
+    // Time at the start of a part, s; of its steps the turns of all wheels and of the body by them, the sum of the yaw rates
+    // and their number.
+    let (mut start, mut sums) = (None, [0.0; 4]);
+    for step in yaw_steps(frames, rover) {
+        let (time, [left, right]) = (step.end.time, step.sides);
+        if step.time > LONGEST_GAP {
+            (start, sums) = (Some(time), [0.0; 4]);
             continue;
-        };
-        let before = last.replace(frame.time).unwrap_or(frame.time);
-        if frame.time - before > LONGEST_GAP {
-            start = None;
         }
-        (yaw, count) = (yaw + rate, count + 1.0);
-        if let Some((time, [from, apart_then])) = start {
-            let elapsed = frame.time - time;
-            if elapsed < STEERING_STEP {
-                continue;
-            }
+        add(&mut sums, [left + right, step.by_wheels, step.rate, 1.0]);
+        let elapsed = time - *start.get_or_insert(time - step.time);
+        if elapsed >= STEERING_STEP {
+            let [turned, by_wheels, rate, count] = std::mem::take(&mut sums);
             parts.push(Part {
-                speed: radius * (all - from) / (6.0 * elapsed),
-                rate: yaw / count,
-                by_wheels: radius * (apart - apart_then) / (6.0 * track * elapsed),
-                end: frame,
+                speed: radius * turned / (2.0 * elapsed),
+                rate: rate / count,
+                by_wheels: by_wheels / elapsed,
+                end: step.end,
             });
+            start = Some(time);
         }
-        (start, yaw, count) = (Some((frame.time, [all, apart])), 0.0, 0.0);
     }
     parts
 }
@@ -121,24 +111,20 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
         let ratio = f.numbers.first().map_or(0.0, |number| number.value);
         f.is_fault() && (-2.0..-0.5).contains(&ratio)
     };
-    match all.len() > 1 && all.iter().all(is_turned) {
-        true => vec![opposite(&all, follows(&parts))],
-        false => all,
+    if all.len() < 2 || !all.iter().all(is_turned) {
+        return all;
     }
+    vec![opposite(&all, follows(&parts))]
 }
 
 /// Correlation of the yaw rate with that of the wheels, whatever its bias.
 fn follows(parts: &[Part<'_>]) -> f64 {
-    // A count of parts.
-    let count = parts.len() as f64;
-    let mean = |of: &dyn Fn(&Part<'_>) -> f64| parts.iter().map(of).sum::<f64>() / count;
-    let [rate, wheels] = [mean(&|part| part.rate), mean(&|part| part.by_wheels)];
-    let product = |a: &dyn Fn(&Part<'_>) -> f64, b: &dyn Fn(&Part<'_>) -> f64| {
-        mean(&|part| a(part) * b(part))
-    };
-    let rates = |part: &Part<'_>| part.rate - rate;
-    let turns = |part: &Part<'_>| part.by_wheels - wheels;
-    product(&rates, &turns) / (product(&rates, &rates) * product(&turns, &turns)).sqrt()
+    let of = |of: fn(&Part<'_>) -> f64| parts.iter().map(of).collect::<Vec<f64>>();
+    let (rates, turns) = (of(|part| part.rate), of(|part| part.by_wheels));
+    let [rate, turn] = [&rates, &turns].map(|x| mean(x).unwrap_or(0.0));
+    let products = rates.iter().zip(&turns);
+    let products: Vec<f64> = products.map(|(a, b)| (a - rate) * (b - turn)).collect();
+    mean(&products).unwrap_or(0.0) / (deviation(&rates) * deviation(&turns))
 }
 
 /// All steered wheels the other way round than the turn asks for: one cause, and not one of each. `follows`: see there.

@@ -5,7 +5,7 @@ use super::steering;
 use super::wiring::Change::Roll;
 use super::wiring::{Change, fits, is_of_axes, is_of_joints, wired, wirings, words};
 use crate::check::recording::{add, driving_spin, part_of_drive};
-use crate::check::{Finding, StatedBoth};
+use crate::check::{Finding, StatedBoth, rewire};
 use rayon::prelude::*;
 use robhaz_estimator::Estimate;
 use robhaz_estimator::whole::{WholeEstimate, WholeFrame};
@@ -364,17 +364,12 @@ pub fn findings(
         finding.fault("some channels of left and right are exchanged, and the log does not show which: turn each wheel by hand; its own encoder and torque must change")
     } else if let Some([(first, judged), rest @ ..]) = better {
         (wiring, corrected) = (first, judged);
-        let mut remedy = words(first);
-        for (other, _) in rest {
-            remedy += &format!("\nfits as well: {}", words(other));
-        }
-        finding.fault(remedy)
+        let others = rest.iter().map(|(wiring, _)| words(wiring));
+        finding.fault(words(first) + &rewire::as_well(others))
     } else if let [_, ..] = &as_well[..] {
-        let mut remedy = "drive over bumps under one side, or turn one wheel after the other by hand: its encoder and torque must change".to_owned();
-        for (other, _) in as_well.iter().take(LISTED) {
-            remedy += &format!("\nfits as well: {}", words(other));
-        }
-        finding.cannot_tell(remedy)
+        let remedy = "drive over bumps under one side, or turn one wheel after the other by hand: its encoder and torque must change";
+        let others = as_well.iter().take(LISTED).map(|(wiring, _)| words(wiring));
+        finding.cannot_tell(remedy.to_owned() + &rewire::as_well(others))
     } else {
         finding
     };
