@@ -147,8 +147,7 @@ fn torque_scale(own: &Judgement, stated: &Stated<'_>) -> Finding {
         return Finding::ok(TORQUE_SCALE, CHANNEL, figure).cannot_tell(remedy);
     }
     let Some(scale) = own.scale else {
-        return Finding::ok(TORQUE_SCALE, CHANNEL, "no estimate")
-            .cannot_tell("see the faults above");
+        return Finding::ok(TORQUE_SCALE, CHANNEL, "no estimate").cannot_tell("see the faults");
     };
     let fault = format!(
         "weigh the robot as it drives; if its mass is right, multiply `scale` of the three torques by {:.2}",
@@ -208,7 +207,7 @@ fn contradiction(own: &Judgement, certain: f64) -> Finding {
         let finding = of_frames(own.agreement.out_of_range(), &names.join(", "), what);
         return match excuse {
             Some(excuse) => finding.cannot_tell(excuse.in_words()),
-            None => finding.fault("see the faults above and correct them first; without any, check signs, zeros, dimensions, masses and noise budget"),
+            None => finding.fault("correct the faults first; without any, check signs, zeros, dimensions, masses and noise budget"),
         };
     }
     let (largest, of) = own.agreement.largest();
@@ -221,7 +220,8 @@ fn contradiction(own: &Judgement, certain: f64) -> Finding {
         if let Some(excuse) = found.excuse {
             return Finding::ok(TEST, CHANNEL, figure).cannot_tell(excuse.in_words());
         }
-        let remedy = "see the faults above and correct them first; without any, check dimensions, masses and noise budget";
+        let remedy =
+            "correct the faults first; without any, check dimensions, masses and noise budget";
         let finding = Finding::ok(TEST, names.join(", "), figure).fault(remedy);
         return finding
             .with("from", first, "s")
@@ -238,7 +238,7 @@ fn contradiction(own: &Judgement, certain: f64) -> Finding {
                 "check the inclinometers: the four-bar cannot close at such angles".to_owned(),
             ),
             Some(error) => (CHANNEL, format!("the estimator refuses them: {error}")),
-            None => (CHANNEL, "see the faults above".to_owned()),
+            None => (CHANNEL, "see the faults".to_owned()),
         };
         return of_frames(own.refused, channel, "no estimate").fault(remedy);
     }

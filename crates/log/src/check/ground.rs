@@ -155,7 +155,7 @@ fn direction(own: f64, back: f64) -> Option<Finding> {
     }
     let figure = format!(
         "the curve of the front wheels explains {:.0} % of that of the rear ones, {:.0} % if the robot drives the other way",
-        100.0 * own,
+        100.0 * own.max(0.0),
         100.0 * back
     );
     let finding = Finding::ok(SIGNS, "encoders 1 to 3, torques 1 to 3", figure);
@@ -173,7 +173,7 @@ fn signs(wirings: &[Wiring], passings: &[Option<Passing>]) -> (Finding, Option<C
     }
     let mut figure = format!(
         "the curve of the front wheels explains {:.0} % of that of the rear ones",
-        100.0 * own
+        100.0 * own.max(0.0)
     );
     let change = best.filter(|_| most > CERTAIN && most > own + BETTER);
     if change.is_some() {

@@ -288,7 +288,7 @@ impl Level {
                 None => finding,
             };
         }
-        let remedy = "the sensors are mounted at an angle, or the torques have an offset or another scale: stand on level ground and state the mean of each as its offset; a way forth and back tells friction from both";
+        let remedy = "the sensors are mounted at an angle (that of a body: or turned about its vertical axis), or the torques have an offset or another scale: stand on level ground and state the mean of each as its offset; a way forth and back tells friction from both";
         if self.nose_down() {
             let resisted = self.resisted;
             return finding.fault(format!(

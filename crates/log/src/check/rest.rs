@@ -33,6 +33,8 @@ const NOISE_RATIO: f64 = 2.0;
 /// likeliest cause: the smallest factor of a wrong unit is 57.3 (degrees), and no filter of a
 /// current takes away as much.
 const UNIT_RATIO: f64 = 40.0;
+/// The same of two torques of one robot, whose drives are alike: less than the gears of a wheel have.
+const MOTOR_RATIO: f64 = 10.0;
 /// Inclination up to which a robot stands without torques, rad.
 const LEVEL: f64 = 3.0 * DEGREE;
 /// Inclination of a link beyond which no robot stands, rad.
@@ -140,11 +142,10 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     let mut findings = rest.zeros_of_gyros();
     findings.extend(rest.angles().map(|angle| rest.zero_of_angle(angle)));
     findings.extend(rest.zeros_of_torques());
-    let all = rest
-        .of(Channel::is_rate)
-        .chain(rest.angles())
-        .chain(rest.torques());
-    findings.extend(all.map(noise));
+    let others = rest.of(Channel::is_rate).chain(rest.angles());
+    findings.extend(others.map(|x| noise(x, x.noise)));
+    let of_torques = rest.torques().map(white).fold(0.0, f64::max);
+    findings.extend(rest.torques().map(|x| noise(x, of_torques)));
     findings
 }
 
@@ -205,7 +206,7 @@ impl Rest<'_> {
         };
         let hangs = angle.channel.is_inclination()
             && angle.mean().abs() > UPSIDE_DOWN
-            && !noise(angle).is_fault();
+            && !noise(angle, angle.noise).is_fault();
         angle.zero(limit, |finding, mean| match hangs {
             true => upside_down(finding, angle.channel),
             false => inclination(finding, mean, &key),
@@ -303,8 +304,8 @@ pub fn has_quiet(findings: &[Finding], channel: &str) -> bool {
     findings.iter().any(is_quiet)
 }
 
-fn noise(x: &Recorded) -> Finding {
-    // Of white noise, from the differences of neighbours.
+/// Deviation of white noise at rest, from the differences of neighbours.
+fn white(x: &Recorded) -> f64 {
     let turns = |step: f64| match x.channel.is_inclination() && step.abs() > PI {
         true => step - TAU.copysign(step),
         false => step,
@@ -313,14 +314,25 @@ fn noise(x: &Recorded) -> Finding {
     let steps: Vec<f64> = steps.collect();
     // That of the quietest third: a robot that settles shakes its sensors.
     let thirds = steps.chunks_exact((steps.len() / 3).max(LEAST_STEPS).min(steps.len().max(1)));
-    let deviation = thirds.map(rms).fold(f64::INFINITY, f64::min) / std::f64::consts::SQRT_2;
+    thirds.map(rms).fold(f64::INFINITY, f64::min) / std::f64::consts::SQRT_2
+}
+
+/// The noise of a channel; `others` is the largest of its kind.
+fn noise(x: &Recorded, others: f64) -> Finding {
+    let deviation = white(x);
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
     let (unit, factor) = x.shown_in();
     let finding = Finding::ok(NOISE, x.channel, figure).with("noise", factor * deviation, unit);
     // The standard error of a deviation from n readings is 1/sqrt(2 n) of it; n is a third of them.
     let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 / 3.0 * x.count()).sqrt());
     // No noise at all is that of an exact sensor.
-    let is_quiet = deviation > 1e-9 && deviation * UNIT_RATIO < x.noise;
+    let has_noise = deviation > 1e-9;
+    if has_noise && deviation * MOTOR_RATIO < others && x.channel.is_torque() {
+        return finding.fault(format!(
+            "{:.0} times as quiet as that of another wheel: a torque of the motor's side (state gear_ratio), or a current (torque_constant)", others / deviation
+        ));
+    }
+    let is_quiet = has_noise && deviation * UNIT_RATIO < x.noise;
     if !is_quiet && deviation <= limit.max(SHOWN / factor) {
         return finding;
     }

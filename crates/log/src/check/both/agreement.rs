@@ -1,8 +1,8 @@
 //! What the estimator of both sides says of the whole log, with the exchanges that were found corrected:
 //! whether its readings agree, and the torques with the weight.
 
-use super::STRAIGHT;
 use super::frames::{body_turn, values, wheel_turns};
+use super::{SIDE_NAMES, STRAIGHT};
 use crate::check::agreement::of_scale;
 use crate::check::{Channel, Finding, StatedBoth, certain, limits, still};
 use crate::frames::side_frame;
@@ -72,7 +72,7 @@ impl Judgement {
     /// The torques at a limit.
     fn at_limit(&self, frames: &[WholeFrame], side: &Robot) -> Option<Finding> {
         let torques = (0..6).map(|i| {
-            let name = format!("{}: {}", ["left", "right"][i / 3], Channel::Torque(i % 3));
+            let name = format!("{}: {}", SIDE_NAMES[i / 3], Channel::Torque(i % 3));
             (name, values(frames, |frame| frame.motor_torque[i]))
         });
         let turning = still::turning(frames.iter().map(|f| (f.time, f.wheel_angle)), side);
@@ -122,7 +122,7 @@ impl Judgement {
         if excused.is_empty() && !is_beyond {
             finding
         } else if is_found {
-            finding.cannot_tell("correct the faults above first")
+            finding.cannot_tell("correct the faults first")
         } else if !is_beyond && !excused.contains(&false) {
             finding.cannot_tell(Excuse::FarApart.in_words())
         } else {

@@ -14,7 +14,7 @@
 //! by more than what is stated.
 
 use super::frames::{Correlation, LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
-use super::wiring::{Change, wired, wirings};
+use super::wiring::{Change, wired, wirings, words};
 use super::wirings::{LARGEST_MISFIT, roll_on_ground};
 use super::{STRAIGHT, across, of_start, roll, steering, torques};
 use crate::check::recording::{add, driving_speed, part_of_drive};
@@ -56,8 +56,16 @@ const TRIED: [(&str, Change); 10] = [
     ("axes of the body", Axes),
 ];
 
+/// Logarithm of the likelihood of the best over that of another one up to which that may be as well: a twentieth.
+const AS_WELL: f64 = 3.0;
 /// Normal forces over their stated deviation from which on they differ.
 const DIFFERENT: f64 = 2.0;
+
+/// Something else than stated that fits better, in words, and how much speaks for it.
+struct Better {
+    words: String,
+    evidence: f64,
+}
 
 /// What an estimate says of the readings of both sides.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -226,20 +234,26 @@ pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Consiste
     let Some(compared) = Compared::new(frames, stated, pace) else {
         return Consistency::default();
     };
-    match compared.roll().or_else(|| compared.wirings()) {
+    match compared.roll() {
         Some(words) => Consistency::contradicting(words),
-        None => compared.sizes(),
+        None => compared.consistency(compared.wirings()),
     }
 }
 
-/// The sizes alone, for a check.
+/// The sizes, for a check: it names no size where a wiring fits better still.
 pub fn sizes(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Finding {
     let compared = Compared::new(frames, stated, pace);
-    let found = compared.map_or_else(Consistency::default, |compared| compared.sizes());
+    let mut found = Consistency::default();
+    if let Some(compared) = compared {
+        found = compared.consistency(Vec::new());
+        if found.contradiction.is_some() {
+            found = compared.consistency(compared.wirings());
+        }
+    }
     let finding =
         |figure: String| Finding::ok("sizes and signs", "torques, coupling, roll", figure);
     match (found.contradiction, &found.unconfirmed[..]) {
-        (Some(words), _) => finding(words).fault("check unit, gear ratio, torque constant or scale"),
+        (Some(words), _) => finding(words).fault("check wiring, sign, unit, gear ratio, torque constant or scale of that; where it is right, several faults are in the log"),
         (None, []) => finding("other ones agree less, or change the forces little".to_owned()),
         (None, all) => finding(all.join("; ")).cannot_tell(
             "roll: lift the left side by hand, then it must grow, or drive over bumps under one side; torques: drive over slopes with little torque of one wheel against another",
@@ -306,8 +320,8 @@ impl<'a> Compared<'a> {
         })
     }
 
-    /// Exchanges and signs.
-    fn wirings(&self) -> Option<String> {
+    /// Exchanges and signs that fit better, with the evidence of so many others that were tried.
+    fn wirings(&self) -> Vec<Better> {
         // As wired is the first.
         let wirings = wirings();
         let others = (wirings.len() - 1) as f64;
@@ -315,21 +329,18 @@ impl<'a> Compared<'a> {
         // No wiring has less than 0.
         let at_most = self.most_evidence(&[0.0; 2]);
         if at_most.is_nan() || at_most <= least {
-            return None;
+            return Vec::new();
         }
         let is_out = |sums: &[f64; 2]| self.most_evidence(sums) <= least;
-        let all = wirings[1..].par_iter();
-        let all = all.filter_map(|wiring| Judged::of(&self.part, self.stated, wiring, is_out));
-        // One that is dragged across, or has no estimate, compares with nothing.
-        let all = all.filter(|found| found.count > 0.9 * self.own.count);
-        let evidences = all.map(|found| self.evidence(&found));
-        let best = evidences.reduce(|| 0.0, f64::max);
-        (best > least).then(|| {
-            format!(
-                "with left and right, or roll and pitch, of some channels exchanged, or a sign turned, they fit better: of correct readings that happens in less than {:.1e} of the logs",
-                others * (-best).exp()
-            )
-        })
+        let of = |wiring: &Vec<Change>| {
+            let found = Judged::of(&self.part, self.stated, wiring, is_out)?;
+            // One that is dragged across, or has no estimate, compares with nothing.
+            let found = Some(found).filter(|found| found.count > 0.9 * self.own.count)?;
+            let evidence = self.evidence(&found) - others.ln();
+            let words = words(wiring, self.stated.rover.coupling);
+            (evidence > -CHANCE.ln()).then_some(Better { words, evidence })
+        };
+        wirings[1..].par_iter().filter_map(of).collect()
     }
 
     /// Whether another wiring with this evidence is excluded.
@@ -357,10 +368,10 @@ impl<'a> Compared<'a> {
             .filter(|found| found.count >= 0.9 * self.own.count)
     }
 
-    /// Sizes of torques and of the joints' angles, gears, and the sign of the roll.
-    fn sizes(&self) -> Consistency {
+    /// What the readings say of sizes of torques and of the joints' angles, gears, and the sign of the roll, beside other
+    /// things that fit `better`.
+    fn consistency(&self, mut better: Vec<Better>) -> Consistency {
         let others = TRIED.len() as f64;
-        let least = (others / CHANCE).ln();
         let coupling = self.stated.rover.coupling;
         let mut consistency = Consistency::default();
         let mut noted = None;
@@ -373,12 +384,13 @@ impl<'a> Compared<'a> {
             // At rest there is none.
             let evidence = Some(self.evidence(&found)).filter(|e| e.is_finite());
             let evidence = evidence.unwrap_or(0.0);
-            if evidence > least {
-                let chance = others * (-evidence).exp();
-                return Consistency::contradicting(format!(
-                    "{what}: {}, and they fit better: of correct readings that happens in less than {chance:.1e} of the logs",
-                    other.words(coupling)
-                ));
+            let beyond = evidence - others.ln();
+            if beyond > -CHANCE.ln() {
+                better.push(Better {
+                    words: format!("{what}: {}", other.words(coupling)),
+                    evidence: beyond,
+                });
+                continue;
             }
             let [square, all] = found.differs(&self.own);
             let variance = self.own.variance / (6 * self.own.normal.len()) as f64;
@@ -392,7 +404,21 @@ impl<'a> Compared<'a> {
                 ));
             }
         }
-        consistency
+        better.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let Some((best, rest)) = better.split_first() else {
+            return consistency;
+        };
+        let as_well = rest
+            .iter()
+            .take_while(|other| best.evidence - other.evidence < AS_WELL);
+        let as_well: String = as_well
+            .map(|other| format!(" (or {})", other.words))
+            .collect();
+        Consistency::contradicting(format!(
+            "{}{as_well}, and they fit better: of correct readings that happens in less than {:.1e} of the logs",
+            best.words,
+            (-best.evidence).exp()
+        ))
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the tests of both sides take from the frames.
 
+use super::SIDE_NAMES;
 use crate::check::recording::{SMOOTHING, add, driving_spin, slowness, steps};
 use crate::check::rest::SHORTEST;
 use crate::check::{Finding, in_step};
@@ -20,7 +21,7 @@ pub type Reading = (&'static str, Of);
 
 /// The name of a reading of wheel `i`, left 1 to 3, then right 1 to 3.
 pub fn of_wheel(i: usize, quantity: &str) -> String {
-    format!("{}_wheel{}_{quantity}", ["left", "right"][i / 3], i % 3 + 1)
+    format!("{}_wheel{}_{quantity}", SIDE_NAMES[i / 3], i % 3 + 1)
 }
 
 /// What is read of joints and body.

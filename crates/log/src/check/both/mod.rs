@@ -29,11 +29,16 @@ use rayon::prelude::*;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{SideReadings, WholeFrame};
 
+/// Names of the sides.
+const SIDE_NAMES: [&str; 2] = ["left", "right"];
+
 /// Turn from which on a drive is none straight on, rad.
 const STRAIGHT: f64 = 0.17;
 /// Turn at a start from which on the sides push each other, rad: straight starts on even ground have up to 0.01, S-curves
 /// 0.08 and more.
 const STARTS_STRAIGHT: f64 = 0.03;
+/// What the tests of both sides need, as [`left_out`] says it.
+const OPPOSED: &str = "they need wheels that count forward on both sides";
 /// Tests of one side that take it for one that drives straight on.
 const STRAIGHT_ON: [&str; 7] = [
     on_links::TEST,
@@ -82,7 +87,7 @@ pub fn check_both(
     unusable.extend(across::ranges(frames, stated.rover));
     let mut moving = across::stuck(frames, stated);
     unusable.extend(moving.extract_if(.., |finding| finding.is_fault()));
-    for (side, name) in ["left", "right"].into_iter().enumerate() {
+    for (side, name) in SIDE_NAMES.into_iter().enumerate() {
         let speeds = with_side(frames, stated, side, speeds::finding);
         unusable.extend(speeds.map(|found| of_named_side(found, name)));
     }
@@ -92,7 +97,7 @@ pub fn check_both(
         return unusable.into_iter().chain([of_stamps, others]).collect();
     }
     let mut findings = vec![of_stamps];
-    let sides = ["left", "right"].into_par_iter().enumerate();
+    let sides = SIDE_NAMES.into_par_iter().enumerate();
     let sides = sides.map(|(side, name)| of_side(frames, stated, side, name));
     findings.extend(sides.collect::<Vec<_>>().into_iter().flatten());
     findings.extend(moving);
@@ -122,7 +127,8 @@ fn across_sides(
     if let Some(opposed) = across::opposed(frames, rover) {
         // A side by itself would look for the cause in the body.
         findings.retain(|f| f.test != start::TEST);
-        findings.push(opposed);
+        findings.extend([opposed, left_out(OPPOSED)]);
+        return;
     }
     // In a turn the set speeds differ.
     let is_straight = frames::body_turn(frames) < STRAIGHT;
@@ -143,7 +149,7 @@ fn across_sides(
     let is_upset = faults.any(|f| HIDES.contains(&f.test));
     findings.push(of_torques);
     let mut zeros = across::zeros(frames, stated);
-    for (zero, side) in zeros.iter_mut().zip(["left", "right"]) {
+    for (zero, side) in zeros.iter_mut().zip(SIDE_NAMES) {
         take_rest(zero, side, findings);
         // One remedy for one pin: the way tells its zero from that of the body.
         if zero.verdict != Verdict::CannotTell {
@@ -234,7 +240,7 @@ fn of_start(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     if starts_turning(frames) {
         return Vec::new();
     }
-    let sides = ["left", "right"].into_iter().enumerate();
+    let sides = SIDE_NAMES.into_iter().enumerate();
     let found = sides.flat_map(|(side, name)| {
         let found = with_side(frames, stated, side, check_start);
         found.into_iter().map(move |f| of_named_side(f, name))

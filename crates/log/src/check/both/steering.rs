@@ -27,6 +27,8 @@ struct Part<'a> {
     speed: f64,
     rate: f64,
     by_wheels: f64,
+    /// Speeds of the wheels, rad/s.
+    rims: [f64; 6],
     /// The frame at its end.
     end: &'a WholeFrame,
 }
@@ -38,23 +40,26 @@ fn parts<'a>(frames: &'a [WholeFrame], rover: &WholeRover) -> Vec<Part<'a>> {
     // Time at the start of a part, s; of its steps the turns of all wheels and of the body by them, the sum of the yaw rates
     // and their number.
     let (mut start, mut sums) = (None, [0.0; 4]);
+    let mut before = [0.0; 6];
     for step in yaw_steps(frames, rover) {
         let (time, [left, right]) = (step.end.time, step.sides);
-        if step.time > LONGEST_GAP {
-            (start, sums) = (Some(time), [0.0; 4]);
+        let angles = step.end.wheel_angle.map(Option::unwrap_or_default);
+        if step.time > LONGEST_GAP || start.is_none() {
+            (start, sums, before) = (Some(time), [0.0; 4], angles);
             continue;
         }
         add(&mut sums, [left + right, step.by_wheels, step.rate, 1.0]);
-        let elapsed = time - *start.get_or_insert(time - step.time);
+        let elapsed = time - start.unwrap_or(time);
         if elapsed >= STEERING_STEP {
             let [turned, by_wheels, rate, count] = std::mem::take(&mut sums);
             parts.push(Part {
                 speed: radius * turned / (2.0 * elapsed),
                 rate: rate / count,
                 by_wheels: by_wheels / elapsed,
+                rims: core::array::from_fn(|i| (angles[i] - before[i]) / elapsed),
                 end: step.end,
             });
-            start = Some(time);
+            (start, before) = (Some(time), angles);
         }
     }
     parts
@@ -82,6 +87,9 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
         }
     }
     let has = |i: usize| frames.iter().any(|f| f.steering[i].is_some());
+    if !(0..6).any(has) {
+        return unread(&parts, rover).into_iter().collect();
+    }
     let size = |square: f64| (square / parts.len() as f64).sqrt();
     let steers = (0..6).any(|i| has(i) && size(sums[i][1]) > LEAST_STEERING);
     let of_wheel = |i: usize| {
@@ -115,6 +123,40 @@ pub fn steering(frames: &[WholeFrame], rover: &WholeRover) -> Vec<Finding> {
         return all;
     }
     vec![opposite(&all, follows(&parts))]
+}
+
+/// Whether the rims of the end wheels roll by so much further than straight ahead as wheels do that are steered into the
+/// turn, though the log has no steering angle.
+fn unread(parts: &[Part<'_>], rover: &WholeRover) -> Option<Finding> {
+    let geometry = &rover.side.geometry;
+    let radius = geometry.wheel_radius;
+    // What steered wheels roll more than the turn asks for along the rover: its square, that of the speed, and the product
+    // with what is read beyond the middle wheel.
+    let [mut asked, mut speed, mut product] = [0.0; 3];
+    for part in parts {
+        for side in [0, 1] {
+            let out = if side == 0 { 1.0 } else { -1.0 };
+            let along = |i: usize| part.speed - part.rate * out * rover.half_tracks[i];
+            let beyond = |i: usize| radius * part.rims[3 * side + i] - along(i);
+            for end in [0, 2] {
+                let ahead = part.rate * (geometry.axles[end].x - geometry.axles[1].x);
+                let steered = along(end).hypot(ahead).copysign(along(end)) - along(end);
+                asked += steered * steered;
+                product += steered * (beyond(end) - beyond(1));
+                speed += part.speed * part.speed;
+            }
+        }
+    }
+    /// Over the speed, from which on it shows.
+    const LEAST: f64 = 0.01;
+    let share = product / asked;
+    let is_steered = asked > LEAST * LEAST * speed && (0.5..2.0).contains(&share);
+    is_steered.then(|| {
+        let figure = format!("front and rear wheels roll further than the turn asks for along the rover, by {share:.2} of what steered ones do");
+        Finding::ok("steering and turn", "steering", figure)
+            .with("ratio", share, "-")
+            .fault("map left_wheel1_steering and those of the other steered wheels: without them all wheels count as straight ahead")
+    })
 }
 
 /// Correlation of the yaw rate with that of the wheels, whatever its bias.
@@ -213,9 +255,20 @@ mod tests {
             assert_eq!(remedy.contains("wheel1 and wheel3"), ends, "{remedy}");
         }
         assert!(skids(&turn_left(|f| f.steering = [None; 6])) && !skids(&turn_left(|_| ())));
-        // Straight on nothing shows, and without steering nothing is asked.
+        // Straight on nothing shows.
         let straight = |f: &mut WholeFrame| (f.rates[2], f.steering) = (Some(0.0), [Some(0.0); 6]);
         assert!(steering(&turn_left(straight), &rover()).is_empty());
-        assert!(steering(&turn_left(|f| f.steering = [None; 6]), &rover()).is_empty());
+        // Without steering angles: steered wheels roll further than those of a rover that skids.
+        let unread = |skids: bool| {
+            let frames = turn_left(|f| {
+                for (angle, steering) in f.wheel_angle.iter_mut().zip(&mut f.steering) {
+                    let share = steering.take().filter(|_| skids).map_or(1.0, f64::cos);
+                    *angle = angle.map(|angle| angle * share);
+                }
+            });
+            let found = steering(&frames, &rover());
+            found.iter().filter(|f| f.is_fault()).count()
+        };
+        assert_eq!([unread(true), unread(false)], [0, 1]);
     }
 }

@@ -1,5 +1,6 @@
 //! Wirings of left and right, signs and sizes of readings of both sides.
 
+use super::SIDE_NAMES;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::Coupling;
 use robhaz_scene::coupling_angle;
@@ -21,6 +22,8 @@ pub enum Change {
     Torque(usize),
     /// Pins are.
     Pins,
+    /// The pin of a side counts the other way: of the left side, 0, or of the right one.
+    Pin(usize),
     /// Differential or rear bogie counts the other way.
     Coupling,
     /// Roll and its rate do.
@@ -41,7 +44,7 @@ pub enum Change {
     Gears(f64),
 }
 
-use Change::{Angle, Axes, Ends, Pins, Roll, Torque, Turned};
+use Change::{Angle, Axes, Ends, Pin, Pins, Roll, Torque, Turned};
 
 /// As wired, then all others that are tried, those with fewer changes first.
 pub fn wirings() -> Vec<Vec<Change>> {
@@ -57,7 +60,7 @@ pub fn wirings() -> Vec<Vec<Change>> {
         all.extend(kinds.map(|changes| of(&[i], changes)));
     }
     let of_body = [Roll, Axes, Turned(1.0), Turned(-1.0)];
-    all.extend([Pins, Change::Coupling].map(|change| vec![change]));
+    all.extend([Pins, Pin(0), Pin(1), Change::Coupling].map(|change| vec![change]));
     all.extend(of_body.map(|change| vec![change]));
     // The wheels of a bogie, in front or behind.
     all.extend([of(&[0, 1], both), of(&[1, 2], both)]);
@@ -73,6 +76,7 @@ impl Change {
             Angle(i) => frame.wheel_angle.swap(i, i + 3),
             Torque(i) => frame.motor_torque.swap(i, i + 3),
             Pins => frame.pins.swap(0, 1),
+            Pin(side) => scale(frame.pins.get_mut(side), -1.0),
             Ends => {
                 for k in [0, 3] {
                     frame.wheel_angle.swap(k, k + 2);
@@ -106,15 +110,18 @@ impl Change {
             Angle(i) => exchange(&format!("wheel{}_angle", i + 1)),
             Torque(i) => exchange(&format!("wheel{}_motor_torque", i + 1)),
             Pins => exchange("pin_angle"),
+            Pin(side) => format!("turn the sign of {}_pin_angle", SIDE_NAMES[side]),
             Ends => ENDS.to_owned(),
             Self::Coupling => format!("turn the sign of {}", coupling_angle(coupling)),
             Axes => AXES.to_owned(),
             Turned(way) => {
-                let of = match way > 0.0 {
-                    true => "body_inclination and body_rate",
-                    false => "body_roll and body_roll_rate",
+                let (of, forward) = match way > 0.0 {
+                    true => ("body_inclination and body_rate", "-y"),
+                    false => ("body_roll and body_roll_rate", "y"),
                 };
-                format!("{AXES}; then turn the signs of {of}: the sensor is mounted across")
+                format!(
+                    "{AXES}; then turn the signs of {of}: the sensor is mounted across (of imu.body with forward = \"x\": state forward = \"{forward}\")"
+                )
             }
             Roll => "turn the signs of body_roll and body_roll_rate".to_owned(),
             Self::Torques(size) => format!("take {size:.2} of all torques"),
@@ -145,7 +152,8 @@ pub fn fits(wiring: &[Change], follows: [Option<bool>; 3]) -> bool {
 
 /// Whether it is of pins and coupling, of everything, or of the axes of the body's sensor: what the misfit shows.
 pub fn is_of_joints(wiring: &[Change]) -> bool {
-    let is_of_joints = |c: &Change| matches!(c, Pins | Change::Coupling | Axes | Turned(_));
+    let is_of_joints =
+        |c: &Change| matches!(c, Pins | Pin(_) | Change::Coupling | Axes | Turned(_));
     wiring.iter().any(is_of_joints)
 }
 
