@@ -40,12 +40,16 @@ const LONGEST_CORRELATION: usize = 10;
 /// Mean misfit of readings that all that is stated holds for.
 const FITS: f64 = 3.0;
 
-use Change::{Axes, CouplingSize, Gears, PinsSize, Roll, Torques};
+use Change::{Axes, CouplingSize, Gears, PinsSize, Roll, Torques, TorquesOf};
 
 /// What may be otherwise than stated, by what it changes. A size of torques shows in the work on slopes, too.
-const TRIED: [(&str, Change); 10] = [
+const TRIED: [(&str, Change); 14] = [
     ("size of the torques", Torques(2.0 / 3.0)),
     ("size of the torques", Torques(1.5)),
+    ("size of the torques of a side", TorquesOf(0, 2.0 / 3.0)),
+    ("size of the torques of a side", TorquesOf(0, 1.5)),
+    ("size of the torques of a side", TorquesOf(1, 2.0 / 3.0)),
+    ("size of the torques of a side", TorquesOf(1, 1.5)),
     ("size of the coupling's angle", CouplingSize(0.5)),
     ("size of the coupling's angle", CouplingSize(2.0)),
     ("size of the pins' angles", PinsSize(0.5)),
@@ -163,21 +167,22 @@ impl Judged {
         Some(found)
     }
 
-    /// Mean square of the differences of the normal forces from those of `own`, N^2, and of all
-    /// forces.
+    /// Mean square of the differences of the normal forces of a side from those of `own`, N^2, and of these forces: of the
+    /// side that differs more.
     fn differs(&self, own: &Self) -> [f64; 2] {
-        let (mut square, mut all, mut other) = (0.0, 0.0, self.normal.iter().peekable());
+        let (mut sums, mut other) = ([[0.0; 2]; 2], self.normal.iter().peekable());
         for (time, forces) in &own.normal {
             while other.next_if(|(at, _)| at < time).is_some() {}
             let Some((_, found)) = other.next_if(|(at, _)| at <= time) else {
                 continue;
             };
-            for (a, b) in forces.iter().zip(found) {
-                square += (a - b) * (a - b);
-                all += a * a;
+            for (i, (a, b)) in forces.iter().zip(found).enumerate() {
+                add(&mut sums[i / 3], [(a - b) * (a - b), a * a]);
             }
         }
-        [square, all].map(|sum: f64| sum / (6 * own.normal.len()) as f64)
+        let [left, right] = sums;
+        let most = if right[0] > left[0] { right } else { left };
+        most.map(|sum: f64| sum / (3 * own.normal.len()) as f64)
     }
 }
 
@@ -353,7 +358,9 @@ impl<'a> Compared<'a> {
     fn judged(&self, other: Change) -> Option<Judged> {
         let mut stated = *self.stated;
         let is_confirmed = match other {
-            Torques(_) => self.is_sized || self.own.weight == Some(Confirmation::Confirmed),
+            Torques(_) | TorquesOf(..) => {
+                self.is_sized || self.own.weight == Some(Confirmation::Confirmed)
+            }
             Roll | Axes => self.follows() > BEYOND,
             _ => false,
         };

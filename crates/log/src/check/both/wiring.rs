@@ -36,6 +36,8 @@ pub enum Change {
     Ends,
     /// All torques are so many times as large.
     Torques(f64),
+    /// Those of a side are, of the left one, 0, or of the right one.
+    TorquesOf(usize, f64),
     /// The coupling's angle is so many times as large.
     CouplingSize(f64),
     /// The angles of both pins are so many times as large.
@@ -85,6 +87,9 @@ impl Change {
                 }
             }
             Self::Torques(size) => scale(&mut frame.motor_torque, size),
+            Self::TorquesOf(side, size) => {
+                scale(frame.motor_torque.iter_mut().skip(3 * side).take(3), size);
+            }
             Self::CouplingSize(size) => scale([&mut frame.coupling], size),
             Self::PinsSize(size) => scale(&mut frame.pins, size),
             Self::Coupling => scale([&mut frame.coupling], -1.0),
@@ -125,6 +130,9 @@ impl Change {
             }
             Roll => "turn the signs of body_roll and body_roll_rate".to_owned(),
             Self::Torques(size) => format!("take {size:.2} of all torques"),
+            Self::TorquesOf(side, size) => {
+                format!("take {size:.2} of all {} torques", SIDE_NAMES[side])
+            }
             Self::CouplingSize(size) => format!("take {size:.2} of {}", coupling_angle(coupling)),
             Self::PinsSize(size) => format!("take {size:.2} of both pin angles"),
             Self::Gears(efficiency) => format!("state drive.gear_efficiency = {efficiency:.1}"),
