@@ -53,11 +53,8 @@ pub fn channels(
     for channel in &mut channels {
         check(channel, mapping)?;
     }
-    if let Some(base) = &mapping.time_base
-        && let Some(i) = channels.iter().position(|c| c.name == *base)
-    {
-        let base = channels.remove(i);
-        channels.insert(0, base);
+    if let Some(base) = &mapping.time_base {
+        channels.sort_by_key(|channel| channel.name != *base);
     }
     // A channel without a reading would be read for nothing.
     let mut is_first = true;

@@ -14,7 +14,7 @@ use crate::check::newton::Start;
 use crate::check::recording::{SMOOTHING, slowness};
 use crate::check::rewire::{moved, names};
 use crate::check::{Change, Channel, Finding, Readings, Recording, Verdict, delay, start};
-use nalgebra::{DMatrix, Matrix2, Vector2};
+use nalgebra::{DMatrix, Matrix2, Matrix3, Vector2};
 use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
 use robhaz_score::signals::{Allowed, delay, fit, high_pass, products, rms, smooth, subtract};
 use std::f64::consts::TAU;
@@ -146,14 +146,9 @@ impl Differences {
     /// Sum over the wheels of the products of two signals' differences from their means over the
     /// wheels.
     fn product(&self, a: [(usize, f64); 3], b: [(usize, f64); 3]) -> f64 {
-        let mut sum = 0.0;
-        for (i, (row, x)) in a.into_iter().enumerate() {
-            for (j, (column, y)) in b.into_iter().enumerate() {
-                let centred = if i == j { 2.0 / 3.0 } else { -1.0 / 3.0 };
-                sum += centred * x * y * self.sums[(row, column)];
-            }
-        }
-        sum
+        let of = |i: usize, j: usize| a[i].1 * b[j].1 * self.sums[(a[i].0, b[j].0)];
+        let products = Matrix3::from_fn(of);
+        products.trace() - products.sum() / 3.0
     }
 
     /// Share of the torques that a stable speed control, the same for all wheels, explains: it

@@ -228,12 +228,10 @@ impl Readings<'_> {
         }
         let distance = ground::distance(self);
         // Links and body follow the ground of the other side, too.
-        self.take([match self.has_other_side() && distance.is_fault() {
-            true => distance.unless(
-                "the other side passed other ground: measure a way, distance over turns of the wheels",
-            ),
-            false => distance,
-        }]);
+        self.take([distance.unless(
+            self.has_other_side(),
+            "the other side passed other ground: measure a way, distance over turns of the wheels",
+        )]);
         self.take([level(self)]);
         self.take([in_step::of_wheels(&self.recording)]);
         if self.stops(&self.findings, start::is_of_unit) {
@@ -273,25 +271,22 @@ impl Readings<'_> {
 
     /// Takes what a test of the torques found, but for faults that a push of the other side explains as well, as in a skid
     /// turn. Of the delays that one alone of the torques.
-    fn take_unless_pushed(&mut self, mut findings: Vec<Finding>) {
-        let Some(push) = self.pushed else {
-            return self.take(findings);
-        };
+    fn take_unless_pushed(&mut self, findings: Vec<Finding>) {
+        let push = self.pushed.unwrap_or(0.0);
         let way = if push > 0.0 { "push" } else { "brake" };
         let or = format!(
             "the other side holds it back, or drives it, as in a skid turn: the torques {way} harder than the slope needs, by {:.2} of this side's weight; record a drive straight on",
             push.abs()
         );
-        for finding in findings.iter_mut().filter(|f| f.is_fault()) {
+        let is_pushed = self.pushed.is_some();
+        let unless_pushed = |finding: Finding| {
             let knows_no_push = match finding.test {
                 delay::TEST => finding.channel == drive::LATE,
                 test => [drive::PAIRING, wirings::TEST, agreement::TEST].contains(&test),
             };
-            if knows_no_push {
-                *finding = finding.clone().unless(&or);
-            }
-        }
-        self.take(findings);
+            finding.unless(is_pushed && knows_no_push, &or)
+        };
+        self.take(findings.into_iter().map(unless_pushed));
     }
 
     fn report(mut self) -> Report {

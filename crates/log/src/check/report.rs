@@ -88,9 +88,13 @@ impl Finding {
         self
     }
 
-    /// A fault that something else explains as well, `or` in words: the log cannot tell, and nothing is changed for it.
+    /// If it is a fault, and something else may explain it as well, `or` in words: the log cannot tell, and nothing is
+    /// changed for it.
     #[must_use]
-    pub(crate) fn unless(mut self, or: &str) -> Self {
+    pub(crate) fn unless(mut self, may_be: bool, or: &str) -> Self {
+        if !(may_be && self.is_fault()) {
+            return self;
+        }
         self.changes.clear();
         let remedy = self.remedy.take().unwrap_or_default();
         self.cannot_tell(format!("{remedy}; or {or}"))

@@ -52,12 +52,10 @@ pub fn findings(log: &Readings<'_>) -> [Finding; 3] {
         let ratios = ratios(&recording.spin[i]);
         let found = encoder(i, &ratios, size, || (0..3).find(torque_turns));
         let is_of_turn = median(ratios).is_some_and(|ratio| OF_TURN.contains(&ratio));
-        match found.is_fault() && is_of_turn && may_turn {
-            true => found.unless(
-                "the rover turned, which one side does not show: record a drive straight on",
-            ),
-            false => found,
-        }
+        found.unless(
+            is_of_turn && may_turn,
+            "the rover turned, which one side does not show: record a drive straight on",
+        )
     })
 }
 

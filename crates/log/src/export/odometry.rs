@@ -101,29 +101,27 @@ impl Odometry {
         let dt = last.as_ref().map_or(0.0, |(before, _)| time - before);
         // A count of wheels.
         self.course = step.steering.iter().sum::<f64>() / step.steering.len() as f64;
-        let (mut velocity, mut speed_deviation) = (Vector3::zeros(), 0.0);
-        if let Some((_, before)) = last.filter(|_| dt > 0.0) {
-            let ([along, across, up], deviation) = self.way_of(step, &before, dt, yaw_rate * dt);
-            // The heading in the middle of the step.
-            let (sin, cos) = (self.attitude[2] + 0.5 * yaw_rate * dt).sin_cos();
-            let moved = [along * cos - across * sin, along * sin + across * cos, up];
-            self.position += Vector3::from(moved);
-            self.attitude[2] += yaw_rate * dt;
-            self.way += along.hypot(across).hypot(up);
-            self.deviation += deviation;
-            self.yaw_noise += (self.budget.rate_noise * dt).powi(2);
-            let [(sr, cr), (sp, cp)] = [0, 1].map(|i: usize| self.attitude[i].sin_cos());
-            let raised = up * cp - along * sp;
-            velocity = Vector3::new(
-                along * cp + up * sp,
-                across * cr + raised * sr,
-                raised * cr - across * sr,
-            ) / dt;
-            speed_deviation = deviation / dt;
-        } else {
+        let Some((_, before)) = last.filter(|_| dt > 0.0) else {
             self.started = time;
-        }
-        (velocity, speed_deviation)
+            return (Vector3::zeros(), 0.0);
+        };
+        let ([along, across, up], deviation) = self.way_of(step, &before, dt, yaw_rate * dt);
+        // The heading in the middle of the step.
+        let (sin, cos) = (self.attitude[2] + 0.5 * yaw_rate * dt).sin_cos();
+        let moved = [along * cos - across * sin, along * sin + across * cos, up];
+        self.position += Vector3::from(moved);
+        self.attitude[2] += yaw_rate * dt;
+        self.way += along.hypot(across).hypot(up);
+        self.deviation += deviation;
+        self.yaw_noise += (self.budget.rate_noise * dt).powi(2);
+        let [(sr, cr), (sp, cp)] = [0, 1].map(|i: usize| self.attitude[i].sin_cos());
+        let raised = up * cp - along * sp;
+        let moved = [
+            along * cp + up * sp,
+            across * cr + raised * sr,
+            raised * cr - across * sr,
+        ];
+        (Vector3::from(moved) / dt, deviation / dt)
     }
 
     /// Way of the rover in a step, along its heading, across it and up, and its deviation, m: means over the

@@ -40,7 +40,7 @@ const LONGEST_CORRELATION: usize = 10;
 /// Mean misfit of readings that all that is stated holds for.
 const FITS: f64 = 3.0;
 
-use Change::{Axes, CouplingSize, Gears, PinsSize, Roll, Torques, TorquesOf};
+use Change::{Axes, Coupling, Gears, PinsSize, Roll, Torques, TorquesOf};
 
 /// What may be otherwise than stated, by what it changes. A size of torques shows in the work on slopes, too.
 const TRIED: [(&str, Change); 14] = [
@@ -50,8 +50,8 @@ const TRIED: [(&str, Change); 14] = [
     ("size of the torques of a side", TorquesOf(0, 1.5)),
     ("size of the torques of a side", TorquesOf(1, 2.0 / 3.0)),
     ("size of the torques of a side", TorquesOf(1, 1.5)),
-    ("size of the coupling's angle", CouplingSize(0.5)),
-    ("size of the coupling's angle", CouplingSize(2.0)),
+    ("size of the coupling's angle", Coupling(0.5)),
+    ("size of the coupling's angle", Coupling(2.0)),
     ("size of the pins' angles", PinsSize(0.5)),
     ("size of the pins' angles", PinsSize(2.0)),
     ("gears that lose torque", Gears(0.8)),

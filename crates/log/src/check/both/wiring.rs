@@ -2,7 +2,6 @@
 
 use super::SIDE_NAMES;
 use robhaz_estimator::whole::WholeFrame;
-use robhaz_model::Coupling;
 use robhaz_scene::coupling_angle;
 
 /// What to do about the axes of the body's sensor.
@@ -24,8 +23,8 @@ pub enum Change {
     Pins,
     /// The pin of a side counts the other way: of the left side, 0, or of the right one.
     Pin(usize),
-    /// Differential or rear bogie counts the other way.
-    Coupling,
+    /// The angle of differential or rear bogie is so many times as large, or (-1) counts the other way.
+    Coupling(f64),
     /// Roll and its rate do.
     Roll,
     /// Roll and inclination are exchanged, and their rates.
@@ -38,15 +37,13 @@ pub enum Change {
     Torques(f64),
     /// Those of a side are, of the left one, 0, or of the right one.
     TorquesOf(usize, f64),
-    /// The coupling's angle is so many times as large.
-    CouplingSize(f64),
     /// The angles of both pins are so many times as large.
     PinsSize(f64),
     /// The gears have this efficiency: a setting of the estimator, and none of the readings.
     Gears(f64),
 }
 
-use Change::{Angle, Axes, Ends, Pin, Pins, Roll, Torque, Turned};
+use Change::{Angle, Axes, Coupling, Ends, Pin, Pins, Roll, Torque, Turned};
 
 /// As wired, then all others that are tried, those with fewer changes first.
 pub fn wirings() -> Vec<Vec<Change>> {
@@ -62,7 +59,7 @@ pub fn wirings() -> Vec<Vec<Change>> {
         all.extend(kinds.map(|changes| of(&[i], changes)));
     }
     let of_body = [Roll, Axes, Turned(1.0), Turned(-1.0)];
-    all.extend([Pins, Pin(0), Pin(1), Change::Coupling].map(|change| vec![change]));
+    all.extend([Pins, Pin(0), Pin(1), Coupling(-1.0)].map(|change| vec![change]));
     all.extend(of_body.map(|change| vec![change]));
     // The wheels of a bogie, in front or behind.
     all.extend([of(&[0, 1], both), of(&[1, 2], both)]);
@@ -90,9 +87,8 @@ impl Change {
             Self::TorquesOf(side, size) => {
                 scale(frame.motor_torque.iter_mut().skip(3 * side).take(3), size);
             }
-            Self::CouplingSize(size) => scale([&mut frame.coupling], size),
+            Coupling(size) => scale([&mut frame.coupling], size),
             Self::PinsSize(size) => scale(&mut frame.pins, size),
-            Self::Coupling => scale([&mut frame.coupling], -1.0),
             Axes => {
                 std::mem::swap(&mut frame.roll, &mut frame.inclination);
                 frame.rates.swap(0, 1);
@@ -109,7 +105,7 @@ impl Change {
     }
 
     /// What to do, in words.
-    pub fn words(self, coupling: Coupling) -> String {
+    pub fn words(self, coupling: robhaz_model::Coupling) -> String {
         let exchange = |part: &str| format!("exchange the columns of left_{part} and right_{part}");
         match self {
             Angle(i) => exchange(&format!("wheel{}_angle", i + 1)),
@@ -117,7 +113,8 @@ impl Change {
             Pins => exchange("pin_angle"),
             Pin(side) => format!("turn the sign of {}_pin_angle", SIDE_NAMES[side]),
             Ends => ENDS.to_owned(),
-            Self::Coupling => format!("turn the sign of {}", coupling_angle(coupling)),
+            Coupling(..0.0) => format!("turn the sign of {}", coupling_angle(coupling)),
+            Coupling(size) => format!("take {size:.2} of {}", coupling_angle(coupling)),
             Axes => AXES.to_owned(),
             Turned(way) => {
                 let (of, forward) = match way > 0.0 {
@@ -133,7 +130,6 @@ impl Change {
             Self::TorquesOf(side, size) => {
                 format!("take {size:.2} of all {} torques", SIDE_NAMES[side])
             }
-            Self::CouplingSize(size) => format!("take {size:.2} of {}", coupling_angle(coupling)),
             Self::PinsSize(size) => format!("take {size:.2} of both pin angles"),
             Self::Gears(efficiency) => format!("state drive.gear_efficiency = {efficiency:.1}"),
         }
@@ -160,8 +156,7 @@ pub fn fits(wiring: &[Change], follows: [Option<bool>; 3]) -> bool {
 
 /// Whether it is of pins and coupling, of everything, or of the axes of the body's sensor: what the misfit shows.
 pub fn is_of_joints(wiring: &[Change]) -> bool {
-    let is_of_joints =
-        |c: &Change| matches!(c, Pins | Pin(_) | Change::Coupling | Axes | Turned(_));
+    let is_of_joints = |c: &Change| matches!(c, Pins | Pin(_) | Coupling(_) | Axes | Turned(_));
     wiring.iter().any(is_of_joints)
 }
 
@@ -171,7 +166,7 @@ pub fn is_of_axes(wiring: &[Change]) -> bool {
 }
 
 /// What to do, in words.
-pub fn words(wiring: &[Change], coupling: Coupling) -> String {
+pub fn words(wiring: &[Change], coupling: robhaz_model::Coupling) -> String {
     let words: Vec<String> = wiring.iter().map(|change| change.words(coupling)).collect();
     words.join("; ")
 }
