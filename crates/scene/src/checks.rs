@@ -10,10 +10,9 @@ use robhaz_keys::prelude::*;
 use robhaz_sim::EngineKind;
 use robhaz_sim::drive::FRICTION_SPEED;
 use robhaz_sim::friction::FrictionKind;
-use robhaz_sim::rapier::MOST_PARTS;
 use robhaz_sim::stability::{
-    largest_integral_gain, largest_slope, longest_step_for_contact, longest_step_for_friction,
-    longest_step_for_stiffness, rolling_is_stiffer,
+    MOST_PARTS, largest_integral_gain, largest_slope, longest_step_for_contact,
+    longest_step_for_friction, longest_step_for_stiffness, rolling_is_stiffer,
 };
 
 /// Largest number of records of a run.

@@ -11,6 +11,9 @@
 //! | distance of body and links to the ground | [`clearance`] |
 //! | sensors: readings from the truth | [`sensors`] |
 //!
+//! Without the feature `engines` there is no [`Plant`] and no [`clearance`]: laws, settings and sensors
+//! alone, as files of scenes need them.
+//!
 //! [`Plant`] owns time and returns one [`Truth`] per period; [`sensors`] turns truths into
 //! readings. Data flows in this direction only.
 //!
@@ -19,7 +22,13 @@
 //! motion in minimal coordinates); `start` (state at time zero, from `mechanics`); the engines
 //! (`direct` integrates `mechanics`; `rapier` has mechanics of its own); [`Plant`].
 
+#![cfg_attr(
+    not(feature = "engines"),
+    allow(dead_code, reason = "what only the engines use")
+)]
+
 mod balance;
+#[cfg(feature = "engines")]
 pub mod clearance;
 pub mod contact;
 pub mod direct;
@@ -30,9 +39,11 @@ mod error;
 pub mod friction;
 mod ground;
 mod mechanics;
+#[cfg(feature = "engines")]
 mod plant;
 mod power;
 pub mod random;
+#[cfg(feature = "engines")]
 pub mod rapier;
 pub mod scaling;
 pub mod sensors;
@@ -44,6 +55,7 @@ mod truth;
 pub use balance::Balance;
 pub use energy::mechanical_energy;
 pub use error::{NoRest, PlantError};
+#[cfg(feature = "engines")]
 pub use plant::Plant;
 pub use setup::{EngineChoice, EngineKind, PlantSetup, StartKind};
 pub use truth::{

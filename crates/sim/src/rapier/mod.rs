@@ -29,8 +29,6 @@ use robhaz_model::{Bar, Robot, Vec2, WheelCommand, cross};
 use robhaz_terrain::Contact;
 use step_control::{StepControl, WheelState};
 
-pub use step_control::MOST_PARTS;
-
 /// Steps before time zero at a settled start, in which the gaps of the joints become stationary. N
 /// then changes by less than 10 uN after 100 steps.
 const SETTLING_STEPS: u64 = 200;
