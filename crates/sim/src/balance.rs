@@ -56,13 +56,12 @@ impl Balance {
     /// spin `omega` relative to the link (rad/s).
     pub(crate) fn add_wheel(
         &mut self,
-        wheel: usize,
         load: &WheelLoad,
         motion: &WheelMotion,
         omega: f64,
         time: f64,
     ) {
-        self.impulse[wheel] += load.force * time;
+        self.impulse[motion.wheel] += load.force * time;
         self.gear_loss += load.gear_torque * omega * time;
         self.ground_work +=
             (load.force.dot(&motion.velocity) - load.ground_torque * motion.spin) * time;

@@ -54,7 +54,7 @@ mod truth;
 
 pub use balance::Balance;
 pub use energy::mechanical_energy;
-pub use error::{NoRest, PlantError};
+pub use error::{NoRest, NoTruth, PlantError};
 #[cfg(feature = "engines")]
 pub use plant::Plant;
 pub use setup::{EngineChoice, EngineKind, PlantSetup, StartKind};

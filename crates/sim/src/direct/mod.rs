@@ -17,7 +17,7 @@ mod system;
 
 use crate::drive::Drive;
 use crate::engine::{Engine, Instant};
-use crate::error::{NoForces, PlantError};
+use crate::error::{NoTruth, PlantError};
 use crate::setup::PlantSetup;
 use crate::start::Start;
 use crate::truth::PinTruth;
@@ -88,7 +88,7 @@ impl DirectEngine {
         while solver.time < time {
             // A state that oscillates between two laws can take an unlimited number of tiny steps.
             if left == 0 {
-                return Err(PlantError::NoStep { time: solver.time });
+                return Err(NoTruth::NoStep.at(solver.time));
             }
             left -= 1;
             solver
@@ -121,7 +121,7 @@ impl DirectEngine {
         y: &Y,
         integrals: &Integrals,
         instant: &mut Instant,
-    ) -> Result<(), NoForces> {
+    ) -> Result<(), NoTruth> {
         let time = instant.truth.time;
         let equations = &mut self.equations;
         let state = layout::state(y);
@@ -138,8 +138,7 @@ impl DirectEngine {
             let motion = kinematics.wheel(i);
             let wheel = &mut truth.wheels[i];
             (wheel.angle, wheel.omega, wheel.torque) = (integrals[i], state.omega[i], torques[i]);
-            let written = (mechanics.ground).write_truth(i, &forces.ground[i], &motion, wheel);
-            written.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
+            (mechanics.ground).write_truth(&forces.ground[i], &motion, wheel)?;
         }
         let positions = kinematics.pins();
         let pin_forces = forces.pin_forces(&mechanics.robot, kinematics);
@@ -169,7 +168,7 @@ impl Engine for DirectEngine {
         self.take_commands(time, time_of(self.records, self.period))?;
         instant.truth.time = time;
         self.evaluate(&y, &integrals, instant)
-            .map_err(|why| refusal(time, Some(why)))
+            .map_err(|why| why.at(time))
     }
 }
 
@@ -187,12 +186,8 @@ fn most_steps(period: f64) -> u64 {
 
 /// The error at a time (s) at which no step was found, from the reason why the last trial had no
 /// forces.
-fn refusal(time: f64, why: Option<NoForces>) -> PlantError {
-    match why {
-        Some(NoForces::BelowGround { wheel, source }) => source.at(time, wheel),
-        Some(NoForces::Loop) => PlantError::LoopRange { time },
-        _ => PlantError::NoStep { time },
-    }
+fn refusal(time: f64, why: Option<NoTruth>) -> PlantError {
+    why.unwrap_or(NoTruth::NoStep).at(time)
 }
 
 #[cfg(test)]
