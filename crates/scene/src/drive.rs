@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::values::{LONGEST_RUN, WHEEL_LIST, WHEEL_SET};
 use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_keys::prelude::*;
-use robhaz_sim::scaling::SpeedScaling;
+use robhaz_sim::drive::SpeedScaling;
 
 keys! {
     /// The keys of the section.

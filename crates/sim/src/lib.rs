@@ -2,10 +2,9 @@
 //!
 //! | topic | module |
 //! |---|---|
-//! | eq. (2), the wheel with its drive | [`drive`] |
+//! | eq. (2), the wheel with its drive; set speeds that differ from wheel to wheel | [`drive`] |
 //! | eq. (10), contact | [`contact`] |
 //! | eq. (11), friction; rolling resistance | [`friction`] |
-//! | set speeds that differ from wheel to wheel | [`scaling`] |
 //! | closed four-bar with three wheels | [`rapier`] and, in another formulation, [`direct`] |
 //! | stability of an explicit step | [`stability`] |
 //! | distance of body and links to the ground | [`clearance`] |
@@ -45,7 +44,6 @@ mod power;
 pub mod random;
 #[cfg(feature = "engines")]
 pub mod rapier;
-pub mod scaling;
 pub mod sensors;
 mod setup;
 pub mod stability;
