@@ -82,7 +82,7 @@ impl EnergyWatch {
 #[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
     use super::*;
-    use crate::balance::Balance;
+    use crate::engine::Balance;
     use crate::{EngineKind, Plant, PlantError, PlantSetup, StartKind};
     use robhaz_terrain::Profile;
 

@@ -26,7 +26,6 @@
     allow(dead_code, reason = "what only the engines use")
 )]
 
-mod balance;
 #[cfg(feature = "engines")]
 pub mod clearance;
 pub mod contact;
@@ -50,8 +49,8 @@ pub mod stability;
 mod start;
 mod truth;
 
-pub use balance::Balance;
 pub use energy::mechanical_energy;
+pub use engine::Balance;
 pub use error::{NoRest, NoTruth, PlantError};
 #[cfg(feature = "engines")]
 pub use plant::Plant;

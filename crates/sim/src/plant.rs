@@ -1,9 +1,8 @@
 //! The plant as a caller sees it: created once, then asked for one truth per period.
 
-use crate::balance::Balance;
 use crate::direct::DirectEngine;
 use crate::energy::EnergyWatch;
-use crate::engine::{Engine, Instant};
+use crate::engine::{Balance, Engine, Instant};
 use crate::error::{NoTruth, PlantError};
 use crate::rapier::RapierEngine;
 use crate::setup::{EngineKind, PlantSetup};

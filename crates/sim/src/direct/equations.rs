@@ -2,11 +2,10 @@
 //! integrals.
 
 use super::jumps::Jumps;
-use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, joined, state};
 use super::radau::Model;
-use super::system::{Factors, Jacobian};
-use crate::balance::{Balance, WheelLoad};
+use super::system::{Factors, INTEGRAL, Jacobian, OMEGA, RATES, SIZE, Y, joined, state};
 use crate::drive::DriveResponse;
+use crate::engine::{Balance, WheelLoad};
 use crate::error::NoTruth;
 use crate::mechanics::{Forces, Kinematics, Mechanics, State, Tangents};
 use crate::setup::PlantSetup;

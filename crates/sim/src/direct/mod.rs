@@ -10,7 +10,6 @@
 
 mod equations;
 mod jumps;
-mod layout;
 mod method;
 mod radau;
 mod system;
@@ -22,9 +21,9 @@ use crate::setup::PlantSetup;
 use crate::start::Start;
 use crate::truth::PinTruth;
 use equations::{Equations, INTEGRALS, Integrals};
-use layout::{SIZE, Y};
 use radau::Radau;
 use robhaz_model::{Bar, WheelCommand};
+use system::{SIZE, Y};
 
 /// Allowed local errors of a step per unit of tolerance: positions (m, rad), velocities (m/s,
 /// rad/s), wheel speeds (rad/s), integrals (rad). An error of 10 nm in a penetration is 2 mN of N.
@@ -70,7 +69,7 @@ impl DirectEngine {
         let mut equations = Equations::new(setup);
         let scale = weights(&setup.drive) * setup.engine.tolerance;
         let scale = scale.map(|error| error.max(ROUNDING));
-        let solver = Radau::new(&mut equations, &layout::start(start), scale, FIRST_STEP);
+        let solver = Radau::new(&mut equations, &system::start(start), scale, FIRST_STEP);
         Ok(Self {
             solver: solver.map_err(|_| refusal(0.0, equations.refusal))?,
             equations,
@@ -124,7 +123,7 @@ impl DirectEngine {
     ) -> Result<(), NoTruth> {
         let time = instant.truth.time;
         let equations = &mut self.equations;
-        let state = layout::state(y);
+        let state = system::state(y);
         let torques = equations.motor_torques(time, y);
         equations.evaluate(&state, torques)?;
         let (mechanics, kinematics) = (&equations.mechanics, &equations.kinematics);

@@ -15,9 +15,8 @@ mod damping;
 mod joints;
 mod step_control;
 
-use crate::balance::{Balance, WheelLoad};
 use crate::drive::{Drive, DriveResponse, wheel_acceleration};
-use crate::engine::{Engine, Instant};
+use crate::engine::{Balance, Engine, Instant, WheelLoad};
 use crate::error::{NoTruth, PlantError};
 use crate::ground::{Ground, GroundForces, OneContact, WheelMotion};
 use crate::setup::{PlantSetup, StartKind};
