@@ -70,7 +70,7 @@ const DEEPEST: f64 = 0.5;
 fn stiffness(scene: &Scene) -> Vec<Conflict> {
     let (contact, robot) = (&scene.contact, &scene.robot.robot);
     let radius = robot.geometry.wheel_radius;
-    let depth = contact.static_penetration(robot.mean_wheel_load());
+    let depth = contact.mean_penetration(robot);
     if depth <= DEEPEST * radius {
         return Vec::new();
     }

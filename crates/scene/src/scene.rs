@@ -283,9 +283,7 @@ impl Scene {
         let damping = estimator.damping.unwrap_or(self.drive.viscous_damping);
         Ok(EstimatorSettings {
             viscous_damping: self.model_error.nominal_damping(damping),
-            compression: self
-                .contact
-                .static_penetration(self.robot.robot.mean_wheel_load()),
+            compression: self.contact.mean_penetration(&self.robot.robot),
             budget: self.noise_budget()?,
             ..settings
         })

@@ -121,10 +121,4 @@ impl PlantSetup {
             balance: false,
         }
     }
-
-    /// Penetration of a wheel at rest under the mean wheel load, m.
-    pub(crate) fn mean_penetration(&self) -> f64 {
-        self.contact
-            .static_penetration(self.robot.mean_wheel_load())
-    }
 }

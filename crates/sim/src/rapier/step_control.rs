@@ -54,7 +54,7 @@ impl StepControl {
         Self {
             contact: setup.contact,
             mean_load: setup.robot.mean_wheel_load(),
-            mean_penetration: setup.mean_penetration(),
+            mean_penetration: setup.contact.mean_penetration(&setup.robot),
             friction_limit: longest_step_for_friction(&steepest, &setup.robot, 1.0),
             fewest: (1..MOST_PARTS)
                 .find(|parts| is_stable(setup, step / f64::from(*parts)))
