@@ -69,15 +69,15 @@ pub fn follow(
     speeds: &mut Vec<f64>,
 ) -> Option<Stuck> {
     speeds.clear();
-    let unit_of_time = Units::of(&setup.robot).time;
-    let (mut speed, mut share) = (setup.speed, 1.0);
+    let unit_of_time = Units::of(setup.robot()).time;
+    let (mut speed, mut share) = (setup.scene.drive.speed, 1.0);
     speeds.push(speed);
     for (place, pair) in places.windows(2).enumerate() {
         let (from, to) = (&pair[0], &pair[1]);
         let (Some(motion), Some(next)) = (&from.motion, &to.motion) else {
             return Some(Stuck { place, tips: true });
         };
-        let set = share * setup.speed;
+        let set = share * setup.scene.drive.speed;
         let friction = |slip: f64| {
             let factor = setup.sliding(slip);
             move |mean: f64| ((mean + shift) * factor).max(0.0)

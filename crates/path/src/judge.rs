@@ -165,7 +165,7 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
     let mut place = bare(posed);
     let (opening, q) = (place.opening, posed.on_ground.q);
     let x = place.x();
-    let robot = &setup.robot;
+    let robot = setup.robot();
     let posture = posed.on_ground.posture(&robot.geometry);
     let balance = posture.and_then(|posture| {
         let contacts = posed.contacts.clone();
@@ -228,11 +228,11 @@ fn without_balance(setup: &PathSetup, x: f64, balance: &Balance) -> Failure {
     if load < 0.0 {
         return Failure::new(x, Reason::Tipping, Some(-load));
     }
-    let radius = setup.robot.geometry.wheel_radius;
+    let radius = setup.robot().geometry.wheel_radius;
     // What drives the robot and the gears.
     let torque = balance.least_traction();
     let torque = torque.map(|traction| (traction + setup.losses(0.0)) * radius);
-    let beyond = torque.map_or(0.0, |torque| torque - setup.torque_limit);
+    let beyond = torque.map_or(0.0, |torque| torque - setup.scene.drive.torque_limit);
     if beyond > 0.0 {
         Failure::new(x, Reason::Torque, Some(beyond))
     } else {

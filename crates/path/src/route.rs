@@ -39,7 +39,7 @@ pub struct Posed {
 
 /// All postures from the start on, and the reason why they end too early.
 pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathError> {
-    let geometry = &setup.robot.geometry;
+    let geometry = &setup.robot().geometry;
     let axles = &geometry.axles;
     let start = axles[1].x;
     let (beside, ahead) = (BESIDE * geometry.wheelbase(), setup.distance);
@@ -92,7 +92,7 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
 }
 
 fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError> {
-    let stop = &setup.robot.geometry.stop;
+    let stop = &setup.robot().geometry.stop;
     if (stop.lower..=stop.upper).contains(&opening) {
         return Ok(());
     }
@@ -111,7 +111,7 @@ fn pose(
     meter: &mut ClearanceMeter,
 ) -> Posed {
     let on_ground = walk.mechanism.on_ground(&walk.wheels);
-    let radius = setup.robot.geometry.wheel_radius;
+    let radius = setup.robot().geometry.wheel_radius;
     let mut contacts = Vec::with_capacity(4);
     for wheel in 0..3 {
         let (piece, other) = walk.pieces_of(wheel);
@@ -143,7 +143,7 @@ fn pose(
 
 /// Clearance of the bars; not known where the four-bar cannot close.
 fn clearances(setup: &PathSetup, on_ground: &OnGround, meter: &mut ClearanceMeter) -> Clearances {
-    let geometry = &setup.robot.geometry;
+    let geometry = &setup.robot().geometry;
     match on_ground.posture(geometry) {
         Ok(posture) => meter.measure(&Bar::ALL.map(|bar| BarPlace {
             centre: on_ground.q + posture.cg_from_q(geometry, bar),
@@ -168,7 +168,7 @@ pub fn passed(setup: &PathSetup, posed: &[Posed]) -> Vec<Passed> {
         let path = [&place.tangent, &turn(posed, &sigmas, k)];
         Passed {
             sigma: sigmas[k],
-            motion: Motion::new(&setup.robot, &place.on_ground, path, &place.contacts),
+            motion: Motion::new(setup.robot(), &place.on_ground, path, &place.contacts),
             impact: place.impact,
         }
     };
