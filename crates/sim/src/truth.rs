@@ -47,6 +47,14 @@ pub struct ContactList {
 }
 
 impl ContactList {
+    /// Becomes a list of one contact: the usual case, without a copy of an empty list.
+    pub fn set(&mut self, contact: ContactTruth) {
+        if self.len > 1 {
+            *self = Self::default();
+        }
+        (self.entries[0], self.len) = (contact, 1);
+    }
+
     /// Appends a contact. In a full list it replaces the contact with the smallest N, if its own N
     /// is larger.
     pub fn push(&mut self, contact: ContactTruth) {

@@ -276,14 +276,17 @@ impl Ground {
         truth.contacts = forces.contacts;
         truth.force = forces.force;
         truth.slides = forces.contacts > 0 && !forces.grips;
-        truth.contact_list = ContactList::default();
-        let found = &self.found[wheel.wheel];
-        for contact in found.iter().filter(|c| !is_behind(c, found)) {
-            truth.contact_list.push(match forces.contacts {
-                // Its forces are those of the wheel: a second evaluation would cost time.
-                1 => forces.deepest,
-                _ => self.one_contact(contact, wheel)?.truth,
-            });
+        match forces.contacts {
+            // Its forces are those of the wheel: a second evaluation would cost time.
+            1 => truth.contact_list.set(forces.deepest),
+            _ => {
+                truth.contact_list = ContactList::default();
+                let found = &self.found[wheel.wheel];
+                for contact in found.iter().filter(|c| !is_behind(c, found)) {
+                    let one = self.one_contact(contact, wheel)?;
+                    truth.contact_list.push(one.truth);
+                }
+            }
         }
         if forces.contacts == 0
             && let Some(nearest) = self.setup.terrain.nearest(wheel.centre)
