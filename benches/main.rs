@@ -156,7 +156,7 @@ fn frames(count: usize) -> Vec<SensorFrame> {
     let mut sensors = Sensors::new(&Grade::Typical.sensors(), 0, &setup.robot);
     let truth = std::iter::from_fn(|| plant.next_truth().ok().copied());
     let frames: Vec<_> = truth
-        .map(|truth| robhaz_run::sensor_frame(&sensors.read(&truth)))
+        .map(|truth| sensors.read(&truth))
         .skip(1000)
         .take(count)
         .collect();

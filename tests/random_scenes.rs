@@ -15,7 +15,7 @@ use robhaz_run::verify::{Run, agreement, impulse_difference};
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
-use robhaz_sim::{PlantError, StartKind};
+use robhaz_sim::{NoTruth, PlantError, StartKind};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
@@ -108,25 +108,25 @@ fn random_scene(number: u64) -> Scene {
 
 /// Name of what ended a run.
 fn end(run: &Run) -> String {
-    match &run.stopped {
+    let name = match &run.stopped {
         None => "ended".to_owned(),
-        Some(why) => {
-            let name = format!("{why:?}");
-            name.split([' ', '{']).next().unwrap().to_owned()
-        }
-    }
+        Some(PlantError::NoTruth { why, .. }) => format!("{why:?}"),
+        Some(why) => format!("{why:?}"),
+    };
+    name.split([' ', '{']).next().unwrap().to_owned()
 }
 
 /// Whether the robot, not the integration, ended a run.
 fn is_physical(run: &Run) -> bool {
     matches!(
         run.stopped,
-        None | Some(
-            PlantError::Overturned { .. }
-                | PlantError::OffTheGround { .. }
-                | PlantError::WheelBelowGround { .. }
-                | PlantError::LoopRange { .. }
-        )
+        None | Some(PlantError::NoTruth {
+            why: NoTruth::Overturned { .. }
+                | NoTruth::OffTheGround { .. }
+                | NoTruth::WheelBelowGround { .. }
+                | NoTruth::LoopRange,
+            ..
+        })
     )
 }
 

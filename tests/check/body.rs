@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use robhaz_estimator::SensorFrame;
 use robhaz_log::check::{Report, Verdict};
 use robhaz_model::{BodyMount, BodyReading, Carrier, Geometry, Suspension};
-use robhaz_run::{DrivenPlant, sensor_frame};
+use robhaz_run::DrivenPlant;
 use robhaz_scene::Scene;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -37,7 +37,7 @@ impl Drive {
             .last()
             .is_none_or(|f: &SensorFrame| f.time < scene.record.duration)
         {
-            let mut frame = sensor_frame(&sensors.read(&plant.next_truth()?));
+            let mut frame = sensors.read(&plant.next_truth()?);
             frame.contact_angle = [None; 3];
             frames.push(frame);
         }

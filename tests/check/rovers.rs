@@ -4,7 +4,6 @@
 use super::common::{Failure, checked, report};
 use robhaz_estimator::SensorFrame;
 use robhaz_log::check::{Report, Verdict};
-use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use std::path::Path;
@@ -30,7 +29,7 @@ fn drive(rover: &str, imu: &str, speed: f64) -> Result<(Scene, Vec<SensorFrame>)
     let mut plant = robhaz_run::DrivenPlant::new(&scene, &scene.plant_setup())?;
     while frames.len() < 7200 {
         let truth: Truth = plant.next_truth()?;
-        frames.push(sensor_frame(&sensors.read(&truth)));
+        frames.push(sensors.read(&truth));
     }
     Ok((scene, frames))
 }

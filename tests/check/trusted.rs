@@ -10,7 +10,6 @@ use super::common::{Failure, SOFT};
 use rayon::prelude::*;
 use robhaz_estimator::{Confirmation, Estimator, Flags, LinkReading, SensorFrame};
 use robhaz_masses::Tolerances;
-use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
 use std::cell::Cell;
@@ -46,7 +45,7 @@ fn log(
     let mut scene = scene.clone();
     scene.seed = seed;
     let mut sensors = scene.sensors();
-    let read = truth.samples().map(|t| sensor_frame(&sensors.read(t)));
+    let read = truth.samples().map(|t| sensors.read(t));
     let mut frames: Vec<SensorFrame> = read.collect();
     let mut settings = scene.nominal_settings(&scene.estimators[0])?;
     if let Some(change) = change {
@@ -149,7 +148,7 @@ fn measured(
         let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
         let first = truth.samples().next().ok_or("a sample")?;
         for k in 1..=(-begin / 5e-3) as u32 {
-            let mut frame = sensor_frame(&sensors.read(first));
+            let mut frame = sensors.read(first);
             frame.time = begin + 5e-3 * f64::from(k) - 5e-3;
             let (sin, cos) = (std::f64::consts::PI * frame.time / begin).sin_cos();
             for link in [&mut frame.link1, &mut frame.link2] {
@@ -160,7 +159,7 @@ fn measured(
             estimator.update(&frame)?;
         }
         for sample in truth.samples() {
-            let mut frame = sensor_frame(&sensors.read(sample));
+            let mut frame = sensors.read(sample);
             if frame.time < begin {
                 continue;
             }

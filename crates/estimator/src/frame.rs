@@ -5,26 +5,7 @@ use crate::flags::Flags;
 use crate::settings::NoiseBudget;
 use robhaz_model::Robot;
 
-pub use robhaz_model::LinkReading;
-
-/// All readings of one instant, SI; `None` where a reading is missing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SensorFrame {
-    /// Time of the sample, s; must increase from frame to frame.
-    pub time: f64,
-    /// Turn of each wheel relative to its link, rad, forward positive: encoder counts times 2 pi /
-    /// counts a turn.
-    pub wheel_angle: [Option<f64>; 3],
-    /// Motor torque at each wheel after the gear, N m, forward positive.
-    pub motor_torque: [Option<f64>; 3],
-    /// Sensors on link 1.
-    pub link1: LinkReading,
-    /// Sensors on link 2.
-    pub link2: LinkReading,
-    /// Contact angles, rad: given, as the paper assumes. An estimator for
-    /// [`crate::ContactAngles::Unknown`] ignores them.
-    pub contact_angle: [Option<f64>; 3],
-}
+pub use robhaz_model::{LinkReading, SensorFrame};
 
 /// Gap between frames, or between readings of an encoder, beyond which the filters start anew, s.
 /// Guard: a robot can stop within it.

@@ -135,6 +135,13 @@ impl Reader {
         self.refuse(table.get(key).unwrap_or(table), &join(path, key), allowed);
     }
 
+    /// Adds a problem if a table has a key: beside others it is not allowed.
+    pub fn refuse_given(&mut self, table: &Node, path: &str, key: &str, allowed: &str) {
+        if let Some(given) = table.get(key) {
+            self.refuse(given, &join(path, key), allowed);
+        }
+    }
+
     /// Parses a text as TOML; `None` after syntax errors, which become problems.
     pub fn document(&mut self, source: &Arc<Source>) -> Option<Node> {
         document(source, |origin, message| {

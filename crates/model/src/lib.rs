@@ -11,7 +11,7 @@
 //! | angles of the links from those of the body and of pin Q | [`BodyMount`] |
 //! | rate of a joint from its angle along the path | [`PathAngle`] |
 //! | static loads on level ground | [`Robot::static_loads`], [`Robot::check_stance`] |
-//! | command of a wheel's drive | [`WheelCommand`] |
+//! | readings of an instant; command of a wheel's drive | [`SensorFrame`]; [`WheelCommand`] |
 //! | units in which robots of every size move alike | [`Units`] |
 //! | both sides of a rover, and what lies across | [`WholeRover`] |
 //! | masses and inertias | [`MassSet`]; the masses in the static equilibrium: [`PointMasses`] |
@@ -23,7 +23,7 @@
 extern crate std;
 
 mod body_mount;
-mod command;
+mod frame;
 mod geometry;
 mod mass;
 mod named;
@@ -36,7 +36,7 @@ mod units;
 mod whole_rover;
 
 pub use body_mount::{BodyMount, BodyReading, LinkReading};
-pub use command::WheelCommand;
+pub use frame::{SensorFrame, WheelCommand};
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, Suspension};
 pub use mass::{MassError, MassSet, PointMasses};
 pub use outline::Outline;

@@ -93,7 +93,7 @@ fn write_needed_friction(
         return Ok(());
     };
     let decisive = decisive(report).unwrap_or(last);
-    let radius = setup.robot.geometry.wheel_radius;
+    let radius = setup.robot().geometry.wheel_radius;
     let shown = shown(first, last, decisive);
     let mut strip = strip(&setup.terrain, places, &shown, radius);
     for place in [first, decisive] {

@@ -9,29 +9,17 @@
 //! ```
 //!
 //! where a_max and a_min are the accelerations with all wheels sliding or at the torque limit
-//! ([`Motion::thrust`]). When a wheel meets a second contact, such as the edge of a kerb, an impact
+//! ([`crate::motion::Motion::thrust`]). When a wheel meets a second contact, such as the edge of a kerb, an impact
 //! takes some of the speed.
 //!
 //! The friction of a sliding wheel falls with its slip speed, which is the set speed less the speed
 //! of the robot. The shared control slows down to a crawl while wheels slide, and recovers in
 //! seconds ([`robhaz_control::shared`]).
 
-use crate::motion::Motion;
+use crate::route::Posed;
 use crate::setup::{DriveKind, PathSetup, Tractions};
 use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
 use robhaz_model::Units;
-
-/// A place of the path as the driven robot passes it.
-#[derive(Clone, Debug)]
-pub struct Passed {
-    /// Mean distance of the wheels' centres along their curve since the start, m.
-    pub sigma: f64,
-    /// Its equations; `None` where the four-bar cannot close.
-    pub motion: Option<Motion>,
-    /// Whether a wheel has just changed its contact. The place before has the same posture and the
-    /// contact before.
-    pub impact: bool,
-}
 
 /// The share of the set speed a time (of robot A, s) after it was `share`: the shared control slows
 /// down to a crawl while wheels slide.
@@ -64,20 +52,20 @@ pub struct Stuck {
 pub fn follow(
     setup: &PathSetup,
     limits: &dyn Fn(f64) -> Tractions,
-    places: &[Passed],
+    places: &[Posed],
     shift: f64,
     speeds: &mut Vec<f64>,
 ) -> Option<Stuck> {
     speeds.clear();
-    let unit_of_time = Units::of(&setup.robot).time;
-    let (mut speed, mut share) = (setup.speed, 1.0);
+    let unit_of_time = Units::of(setup.robot()).time;
+    let (mut speed, mut share) = (setup.scene.drive.speed, 1.0);
     speeds.push(speed);
     for (place, pair) in places.windows(2).enumerate() {
         let (from, to) = (&pair[0], &pair[1]);
         let (Some(motion), Some(next)) = (&from.motion, &to.motion) else {
             return Some(Stuck { place, tips: true });
         };
-        let set = share * setup.speed;
+        let set = share * setup.scene.drive.speed;
         let friction = |slip: f64| {
             let factor = setup.sliding(slip);
             move |mean: f64| ((mean + shift) * factor).max(0.0)

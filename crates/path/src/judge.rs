@@ -1,9 +1,9 @@
 //! Judges the places of the path, and the path as a whole.
 
 use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
-use crate::follow::{Passed, follow};
+use crate::follow::follow;
 use crate::report::{Failure, PathReport, Place, Reason};
-use crate::route::{Posed, passed, walk};
+use crate::route::{Posed, add_motions, walk};
 use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup, Tractions};
 use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
@@ -22,22 +22,21 @@ const NO_FRICTION: f64 = 1e-7;
 /// # Errors
 /// [`PathError`] when the robot cannot stand at the start.
 pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
-    let (posed, end) = walk(setup)?;
-    let driven = match setup.options.drive {
-        DriveKind::Ideal => None,
-        DriveKind::Shared | DriveKind::Speed => Some(passed(setup, &posed)),
-    };
+    let (mut posed, end) = walk(setup)?;
+    let is_driven = setup.options.drive != DriveKind::Ideal;
+    if is_driven {
+        add_motions(setup, &mut posed);
+    }
     let contacts = posed.iter().flat_map(|place| &place.contacts);
     let largest = contacts.map(|contact| contact.mu).fold(0.0, f64::max);
-    let numbered: Vec<usize> = (0..posed.len()).collect();
-    let mut places: Vec<Place> = numbered
+    let mut places: Vec<Place> = posed
         .par_chunks(CHUNK)
         .map(|chunk| {
             let mut guesses = (GUESS, first_guess(setup));
-            let place = |k: &usize| {
-                let mut place = match &driven {
-                    None => judged(setup, &posed[*k], &mut guesses.0),
-                    Some(passed) => with_control(setup, &posed[*k], &passed[*k], &mut guesses),
+            let place = |posed: &Posed| {
+                let mut place = match is_driven {
+                    false => judged(setup, posed, &mut guesses.0),
+                    true => with_control(setup, posed, &mut guesses),
                 };
                 // Where none is needed all friction of the path can fall away.
                 if place.needed_mu.is_some_and(|needed| needed < NO_FRICTION) {
@@ -49,21 +48,21 @@ pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
         })
         .flatten()
         .collect();
-    let driven = driven.map(|passed| drive(setup, &passed, &mut places, largest));
+    let driven = is_driven.then(|| drive(setup, &posed, &mut places, largest));
     Ok(PathReport::new(setup, places, end, driven))
 }
 
 /// Drives along the places, and notes where the robot gets stuck. Returns how far all friction
 /// coefficients can fall before it does, -, at most the `largest` one; `None` where no friction
 /// helps.
-fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place], largest: f64) -> Option<f64> {
+fn drive(setup: &PathSetup, posed: &[Posed], places: &mut [Place], largest: f64) -> Option<f64> {
     let limits = |rim| setup.tractions(rim);
-    let mut speeds = Vec::with_capacity(passed.len());
-    let stuck = follow(setup, &limits, passed, 0.0, &mut speeds);
+    let mut speeds = Vec::with_capacity(posed.len());
+    let stuck = follow(setup, &limits, posed, 0.0, &mut speeds);
     for (place, speed) in places.iter_mut().zip(&speeds) {
         place.speed = Some(*speed);
     }
-    let mut passes = |shift: f64| follow(setup, &limits, passed, shift, &mut speeds).is_none();
+    let mut passes = |shift: f64| follow(setup, &limits, posed, shift, &mut speeds).is_none();
     let margin = bracket(&mut passes).map(|(mut fails, mut holds)| {
         while holds - fails > MARGIN {
             let middle = 0.5 * (fails + holds);
@@ -80,7 +79,7 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place], largest: f6
         let place = &mut places[stuck.place];
         let (reason, by) = if stuck.tips {
             (Reason::Tipping, None)
-        } else if follow(setup, &|_| Tractions::FREE, passed, 0.0, &mut speeds).is_none() {
+        } else if follow(setup, &|_| Tractions::FREE, posed, 0.0, &mut speeds).is_none() {
             (Reason::Torque, None)
         } else {
             (Reason::Friction, margin.map(|m| -m))
@@ -125,13 +124,8 @@ fn bare(posed: &Posed) -> Place {
 
 /// A place with the tractions of a control. Where a wheel has two contacts statics leaves their
 /// shares open: the best distribution is taken.
-fn with_control(
-    setup: &PathSetup,
-    posed: &Posed,
-    passed: &Passed,
-    guesses: &mut (f64, f64),
-) -> Place {
-    let Some(motion) = &passed.motion else {
+fn with_control(setup: &PathSetup, posed: &Posed, guesses: &mut (f64, f64)) -> Place {
+    let Some(motion) = &posed.motion else {
         let mut place = bare(posed);
         place.failure = Some(Failure::new(place.x(), Reason::Posture, None));
         return place;
@@ -165,7 +159,7 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
     let mut place = bare(posed);
     let (opening, q) = (place.opening, posed.on_ground.q);
     let x = place.x();
-    let robot = &setup.robot;
+    let robot = setup.robot();
     let posture = posed.on_ground.posture(&robot.geometry);
     let balance = posture.and_then(|posture| {
         let contacts = posed.contacts.clone();
@@ -228,11 +222,11 @@ fn without_balance(setup: &PathSetup, x: f64, balance: &Balance) -> Failure {
     if load < 0.0 {
         return Failure::new(x, Reason::Tipping, Some(-load));
     }
-    let radius = setup.robot.geometry.wheel_radius;
+    let radius = setup.robot().geometry.wheel_radius;
     // What drives the robot and the gears.
     let torque = balance.least_traction();
     let torque = torque.map(|traction| (traction + setup.losses(0.0)) * radius);
-    let beyond = torque.map_or(0.0, |torque| torque - setup.torque_limit);
+    let beyond = torque.map_or(0.0, |torque| torque - setup.scene.drive.torque_limit);
     if beyond > 0.0 {
         Failure::new(x, Reason::Torque, Some(beyond))
     } else {

@@ -32,5 +32,5 @@ mod tractions;
 
 pub use files::{path_files, write_path};
 pub use judge::judge;
-pub use report::{Failure, PathReport, Place, Reason};
-pub use setup::{DriveKind, Options, PathError, PathSetup, Stretch};
+pub use report::{Failure, PathReport, Place, Reason, Stretch};
+pub use setup::{DriveKind, Options, PathError, PathSetup};

@@ -1,6 +1,6 @@
 //! The result: places along the path, the first failure, go or no-go; and its words.
 
-use crate::setup::{PathSetup, Stretch};
+use crate::setup::PathSetup;
 use robhaz_record::Grid;
 use serde::Serialize;
 
@@ -119,6 +119,17 @@ impl Place {
     }
 }
 
+/// A stretch of the ground with a friction coefficient of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Stretch {
+    /// x of its start, m.
+    pub from: f64,
+    /// x of its end, m.
+    pub to: f64,
+    /// Mean of the available friction coefficient on it, -.
+    pub mu: f64,
+}
+
 /// Judgement of a path.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PathReport {
@@ -181,6 +192,11 @@ impl PathReport {
         let spread = driven.zip(least).map_or(0.0, |(_, (margin, x))| {
             MODEL_SPREAD * (setup.mu_at(x) - margin).max(0.0)
         });
+        let stretches = setup.scene.terrain.stretches.iter().map(|s| Stretch {
+            from: s.from,
+            to: s.to,
+            mu: s.mu_s,
+        });
         let sigma = options.mu_sigma.hypot(spread);
         let probability = match margin {
             Some(margin) if sigma > 0.0 => normal_distribution(margin / sigma),
@@ -196,10 +212,10 @@ impl PathReport {
             clearance: nearest.map(|n| n.0),
             clearance_x: nearest.map(|n| n.1),
             first_failure,
-            scene: setup.name.clone(),
+            scene: setup.scene.name.clone(),
             drive: options.drive.name(),
             mu: setup.mu(),
-            stretches: setup.stretches.clone(),
+            stretches: stretches.collect(),
             mu_sigma: options.mu_sigma,
             distance: setup.distance,
             places,

@@ -2,7 +2,6 @@
 
 use crate::balance::GroundContact;
 use crate::curve::CentreCurve;
-use crate::follow::Passed;
 use crate::mechanism::{Mechanism, OnGround, Reached, Tangent, Walk};
 use crate::motion::Motion;
 use crate::report::{Failure, Reason};
@@ -33,13 +32,19 @@ pub struct Posed {
     s: [f64; 3],
     /// Direction in which the path comes to a kink, otherwise in which it goes on.
     tangent: Tangent,
-    /// Whether a wheel has just changed its contact.
-    impact: bool,
+    /// Whether a wheel has just changed its contact. The place before has the same posture and the
+    /// contact before.
+    pub impact: bool,
+    /// Of a driven robot the mean distance of the wheels' centres along their curve since the start,
+    /// m.
+    pub sigma: f64,
+    /// Of a driven robot its equations; `None` where the four-bar cannot close.
+    pub motion: Option<Motion>,
 }
 
 /// All postures from the start on, and the reason why they end too early.
 pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathError> {
-    let geometry = &setup.robot.geometry;
+    let geometry = &setup.robot().geometry;
     let axles = &geometry.axles;
     let start = axles[1].x;
     let (beside, ahead) = (BESIDE * geometry.wheelbase(), setup.distance);
@@ -92,7 +97,7 @@ pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathErro
 }
 
 fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError> {
-    let stop = &setup.robot.geometry.stop;
+    let stop = &setup.robot().geometry.stop;
     if (stop.lower..=stop.upper).contains(&opening) {
         return Ok(());
     }
@@ -111,7 +116,7 @@ fn pose(
     meter: &mut ClearanceMeter,
 ) -> Posed {
     let on_ground = walk.mechanism.on_ground(&walk.wheels);
-    let radius = setup.robot.geometry.wheel_radius;
+    let radius = setup.robot().geometry.wheel_radius;
     let mut contacts = Vec::with_capacity(4);
     for wheel in 0..3 {
         let (piece, other) = walk.pieces_of(wheel);
@@ -135,6 +140,8 @@ fn pose(
             _ => walk.tangent(),
         },
         impact: alone.is_some(),
+        sigma: 0.0,
+        motion: None,
         clearances: clearances(setup, &on_ground, meter),
         on_ground,
         contacts,
@@ -143,7 +150,7 @@ fn pose(
 
 /// Clearance of the bars; not known where the four-bar cannot close.
 fn clearances(setup: &PathSetup, on_ground: &OnGround, meter: &mut ClearanceMeter) -> Clearances {
-    let geometry = &setup.robot.geometry;
+    let geometry = &setup.robot().geometry;
     match on_ground.posture(geometry) {
         Ok(posture) => meter.measure(&Bar::ALL.map(|bar| BarPlace {
             centre: on_ground.q + posture.cg_from_q(geometry, bar),
@@ -153,34 +160,27 @@ fn clearances(setup: &PathSetup, on_ground: &OnGround, meter: &mut ClearanceMete
     }
 }
 
-/// The places as a driven robot passes them.
-pub fn passed(setup: &PathSetup, posed: &[Posed]) -> Vec<Passed> {
-    let mut sigmas = Vec::with_capacity(posed.len());
-    let mut sigma = 0.0;
-    for (k, place) in posed.iter().enumerate() {
-        let before = &posed[k.saturating_sub(1)].s;
-        let moved = place.s.iter().zip(before).map(|(s, b)| (s - b).abs());
-        sigma += moved.sum::<f64>() / 3.0;
-        sigmas.push(sigma);
+/// Adds the way and the equations of a driven robot to the places.
+pub fn add_motions(setup: &PathSetup, posed: &mut [Posed]) {
+    for k in 1..posed.len() {
+        let moved = posed[k].s.iter().zip(&posed[k - 1].s);
+        let moved: f64 = moved.map(|(s, before)| (s - before).abs()).sum();
+        posed[k].sigma = posed[k - 1].sigma + moved / 3.0;
     }
-    let at = |k: usize| {
+    for k in 0..posed.len() {
         let place = &posed[k];
-        let path = [&place.tangent, &turn(posed, &sigmas, k)];
-        Passed {
-            sigma: sigmas[k],
-            motion: Motion::new(&setup.robot, &place.on_ground, path, &place.contacts),
-            impact: place.impact,
-        }
-    };
-    (0..posed.len()).map(at).collect()
+        let path = [&place.tangent, &turn(posed, k)];
+        let motion = Motion::new(setup.robot(), &place.on_ground, path, &place.contacts);
+        posed[k].motion = motion;
+    }
 }
 
 /// Derivative of the tangent by sigma at place `k`, from its neighbours on the same smooth piece.
-fn turn(posed: &[Posed], sigmas: &[f64], k: usize) -> Tangent {
+fn turn(posed: &[Posed], k: usize) -> Tangent {
     let starts = posed[k].impact || k == 0;
     let ends = posed.get(k + 1).is_none_or(|next| next.impact);
     let (before, after) = (k - usize::from(!starts), k + usize::from(!ends));
-    let step = sigmas[after] - sigmas[before];
+    let step = posed[after].sigma - posed[before].sigma;
     if step < APART {
         return Tangent::default();
     }

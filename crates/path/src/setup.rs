@@ -4,7 +4,6 @@ use robhaz_model::{Robot, named};
 use robhaz_scene::Scene;
 use robhaz_sim::friction::{FrictionLaw, Slip};
 use robhaz_terrain::{Profile, Terrain};
-use serde::Serialize;
 
 named! {
     /// How the tractions are distributed over the wheels.
@@ -41,38 +40,15 @@ pub struct Options {
 #[error("{0}")]
 pub struct PathError(pub(crate) String);
 
-/// A stretch of the ground with a friction coefficient of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Stretch {
-    /// x of its start, m.
-    pub from: f64,
-    /// x of its end, m.
-    pub to: f64,
-    /// Mean of the available friction coefficient on it, -.
-    pub mu: f64,
-}
-
 /// Robot, ground and limits of a path.
 #[derive(Clone)]
 pub struct PathSetup {
-    /// Name of the scene.
-    pub name: String,
-    /// The robot: true geometry and masses.
-    pub robot: Robot,
+    /// The scene: robot, drive and friction are the true ones.
+    pub scene: Scene,
     /// The ground.
     pub terrain: Terrain,
-    /// Stretches of the ground with a friction coefficient of their own.
-    pub(crate) stretches: Vec<Stretch>,
     /// Options.
     pub options: Options,
-    /// Largest motor torque at the wheel, N m.
-    pub torque_limit: f64,
-    /// Set speed, m/s.
-    pub speed: f64,
-    /// Coulomb friction F in the gear, N m, and viscous damping B, N m s, at the wheel.
-    losses: [f64; 2],
-    /// Friction law of the scene.
-    friction: FrictionLaw,
     /// Distance that the middle wheel travels, m.
     pub distance: f64,
 }
@@ -134,8 +110,8 @@ impl PathSetup {
                 "drive.speed is {speed} m/s; a robot that is driven along the path (--drive shared, --drive speed) needs one above 0"
             ));
         }
-        let robot = scene.robot.robot.clone();
-        let terrain = scene.terrain.build(&robot);
+        let robot = &scene.robot.robot;
+        let terrain = scene.terrain.build(robot);
         let distance = match options.distance {
             Some(distance) if distance > 0.0 && distance <= LONGEST => distance,
             Some(distance) => {
@@ -143,42 +119,37 @@ impl PathSetup {
                     "the distance (--distance) is {distance} m; it must be above 0 and at most 1000 m"
                 ));
             }
-            None => to_the_end(&robot, &terrain, &scene.terrain.profile)?,
+            None => to_the_end(robot, &terrain, &scene.terrain.profile)?,
         };
-        let stretches = scene.terrain.stretches.iter().map(|s| Stretch {
-            from: s.from,
-            to: s.to,
-            mu: s.mu_s,
-        });
         Ok(Self {
-            name: scene.name.clone(),
-            stretches: stretches.collect(),
-            torque_limit: scene.drive.torque_limit,
-            speed: scene.drive.speed,
-            losses: [scene.drive.gear_friction, scene.drive.viscous_damping],
-            friction: scene.friction,
-            robot,
+            scene: scene.clone(),
             terrain,
             options,
             distance,
         })
     }
 
+    /// The robot: true geometry and masses.
+    pub(crate) fn robot(&self) -> &Robot {
+        &self.scene.robot.robot
+    }
+
     /// Mean of the available friction coefficient outside the friction stretches, -.
     pub(crate) fn mu(&self) -> f64 {
-        self.options.mu.unwrap_or(self.friction.mu_s)
+        self.options.mu.unwrap_or(self.scene.friction.mu_s)
     }
 
     /// Mean of the available friction coefficient at x (m), -.
     pub fn mu_at(&self, x: f64) -> f64 {
-        let stretch = self.stretches.iter().find(|s| s.from <= x && x < s.to);
-        stretch.map_or(self.mu(), |s| s.mu)
+        let mut stretches = self.scene.terrain.stretches.iter();
+        let stretch = stretches.find(|s| s.from <= x && x < s.to);
+        stretch.map_or(self.mu(), |s| s.mu_s)
     }
 
     /// Friction of a wheel that slides at a slip speed (m/s) over the available friction, by the
     /// law of the scene, -.
     pub(crate) fn sliding(&self, slip: f64) -> f64 {
-        let law = &self.friction;
+        let law = &self.scene.friction;
         if law.mu_s > 0.0 {
             law.sliding_coefficient(slip) / law.mu_s
         } else {
@@ -191,7 +162,7 @@ impl PathSetup {
         let law = FrictionLaw {
             mu_s: mu,
             mu_d: mu * self.sliding(f64::INFINITY),
-            ..self.friction
+            ..self.scene.friction
         };
         let slides = slip.speed().abs() > law.slip_limit(slip);
         (law.coefficient(slip), slides)
@@ -199,14 +170,13 @@ impl PathSetup {
 
     /// Losses of gear and wheel module at a speed of the rim (m/s), N at the rim.
     pub(crate) fn losses(&self, speed: f64) -> f64 {
-        let [friction, damping] = self.losses;
-        let radius = self.robot.geometry.wheel_radius;
-        (friction + damping * speed / radius) / radius
+        let (drive, radius) = (&self.scene.drive, self.robot().geometry.wheel_radius);
+        (drive.gear_friction + drive.viscous_damping * speed / radius) / radius
     }
 
     /// Largest tractions of a wheel whose rim has this speed (m/s).
     pub(crate) fn tractions(&self, speed: f64) -> Tractions {
-        let motor = self.torque_limit / self.robot.geometry.wheel_radius;
+        let motor = self.scene.drive.torque_limit / self.robot().geometry.wheel_radius;
         let losses = self.losses(speed);
         Tractions {
             braking: motor + losses,

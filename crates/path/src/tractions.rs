@@ -32,12 +32,13 @@ pub struct Controlled {
 pub fn controlled(setup: &PathSetup, motion: &Motion, guess: &mut f64) -> Option<Controlled> {
     let mu = |i: usize| motion.contacts.iter().find(|c| c.wheel == i).map(|c| c.mu);
     let mu = [mu(0)?, mu(1)?, mu(2)?];
+    let speed = setup.scene.drive.speed;
     let equal = |m: f64| [(m, false); 3];
     let by_slip = |v: f64| {
         [0, 1, 2].map(|i| {
             let (centre, link) = motion.rates[i];
             let slip = Slip {
-                rim: setup.speed - v * link,
+                rim: speed - v * link,
                 centre: v * centre,
             };
             setup.creeping(mu[i], &slip)
@@ -47,8 +48,8 @@ pub fn controlled(setup: &PathSetup, motion: &Motion, guess: &mut f64) -> Option
         DriveKind::Ideal => None,
         DriveKind::Shared => balanced(setup, motion, &equal, *guess, 0.05),
         // The tractions fall with the speed of the robot.
-        DriveKind::Speed => balanced(setup, motion, &by_slip, *guess, -0.01 * setup.speed)
-            .or_else(|| balanced(setup, motion, &by_slip, setup.speed, -0.01 * setup.speed))
+        DriveKind::Speed => balanced(setup, motion, &by_slip, *guess, -0.01 * speed)
+            .or_else(|| balanced(setup, motion, &by_slip, speed, -0.01 * speed))
             .or_else(|| {
                 let sliding = balanced(setup, motion, &equal, 0.0, 0.05)?;
                 Some(Root {
@@ -77,7 +78,7 @@ pub fn controlled(setup: &PathSetup, motion: &Motion, guess: &mut f64) -> Option
 /// The first guess of the quantity that is searched for: m, or the speed of the robot (m/s).
 pub fn first_guess(setup: &PathSetup) -> f64 {
     match setup.options.drive {
-        DriveKind::Speed => setup.speed,
+        DriveKind::Speed => setup.scene.drive.speed,
         DriveKind::Ideal | DriveKind::Shared => 0.0,
     }
 }

@@ -1,6 +1,6 @@
 //! The estimators of a run, side by side on the same readings.
 
-use crate::source::{Sample, sensor_frame};
+use crate::source::Sample;
 use rayon::prelude::*;
 use robhaz_estimator::whole::{WholeEstimate, WholeEstimator};
 use robhaz_estimator::{
@@ -169,7 +169,7 @@ impl Observers {
     /// Reads the sensors at one sample and updates every estimator. Returns readings and estimates,
     /// in the scene's order.
     pub fn observe(&mut self, truth: &Truth) -> (SensorFrame, &[Result<Estimate, EstimateError>]) {
-        let frame = sensor_frame(&self.sensors.read(truth));
+        let frame = self.sensors.read(truth);
         (frame, self.estimators.update(&frame))
     }
 }

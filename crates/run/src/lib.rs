@@ -41,7 +41,7 @@ pub use estimators::{Estimators, Observers};
 pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};
 pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
-pub use source::{Sample, Simulation, Source, sensor_frame};
+pub use source::{Sample, Simulation, Source};
 pub use ticker::Ticker;
 
 use pipeline::Work;

@@ -6,7 +6,7 @@ use crate::log_report::LogReport;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::WheelCommand;
 use robhaz_scene::{PlantFailure, Scene};
-use robhaz_sim::sensors::{Readings, Sensors};
+use robhaz_sim::sensors::Sensors;
 use robhaz_sim::{Plant, Truth};
 use std::sync::Arc;
 
@@ -108,7 +108,7 @@ impl Source for Simulation {
         Ok(Some(Sample {
             time: truth.time,
             truth: Some(truth),
-            sensors: sensor_frame(&self.sensors.read(&truth)),
+            sensors: self.sensors.read(&truth),
             both: None,
             is_record,
         }))
@@ -125,19 +125,5 @@ impl Source for Simulation {
             Origin::Plant(plant) => Some(plant.mean_step()),
             Origin::Kept(_) => None,
         }
-    }
-}
-
-/// The readings of the simulated sensors as the estimators take them. This is the only bridge
-/// between simulator and estimators.
-pub fn sensor_frame(readings: &Readings) -> SensorFrame {
-    let [link1, link2] = readings.links;
-    SensorFrame {
-        time: readings.time,
-        wheel_angle: readings.wheel_angle,
-        motor_torque: readings.motor_torque,
-        link1,
-        link2,
-        contact_angle: readings.contact_angle,
     }
 }

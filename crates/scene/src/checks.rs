@@ -10,10 +10,9 @@ use robhaz_keys::prelude::*;
 use robhaz_sim::EngineKind;
 use robhaz_sim::drive::FRICTION_SPEED;
 use robhaz_sim::friction::FrictionKind;
-use robhaz_sim::rapier::MOST_PARTS;
 use robhaz_sim::stability::{
-    largest_integral_gain, largest_slope, longest_step_for_contact, longest_step_for_friction,
-    longest_step_for_stiffness, rolling_is_stiffer,
+    MOST_PARTS, largest_integral_gain, largest_slope, longest_step_for_contact,
+    longest_step_for_friction, longest_step_for_stiffness, rolling_is_stiffer,
 };
 
 /// Largest number of records of a run.
@@ -25,34 +24,35 @@ const MOST_JITTER: f64 = 0.3;
 /// Relative rounding error allowed in a whole number.
 const WHOLE: f64 = 1e-12;
 
-/// The rules of a scene that some sections determine.
-type Rules = (&'static [&'static str], fn(&Scene) -> Vec<Conflict>);
+/// Adds the rules that a scene breaks, of those that some sections determine.
+type Rules = (&'static [&'static str], fn(&Scene, &mut Vec<Conflict>));
 
 const RULES: &[Rules] = &[
-    (&["contact."], contact::conflicts),
+    (&["contact."], contact::add_conflicts),
     (&["contact.", "robot."], stiffness),
     (&["record."], record),
-    (&["drive."], drive::conflicts),
+    (&["drive."], drive::add_conflicts),
     (&["record.", "sensors."], sensors),
     (&["record.", "engine."], engine),
     (&["record.", "drive."], friction_test),
     (
         &["contact.", "drive.", "engine.", "robot."],
-        |scene| match scene.engine.kind {
-            EngineKind::Rapier => stability(scene),
-            EngineKind::Direct => Vec::new(),
+        |scene, found| {
+            if scene.engine.kind == EngineKind::Rapier {
+                stability(scene, found);
+            }
         },
     ),
 ];
 
 /// Checks the rules whose keys have no problem of their own.
 pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
-    for (sections, conflicts) in RULES {
+    for (sections, add_conflicts) in RULES {
+        let mut found = Vec::new();
         if reader.is_clean(sections) {
-            for conflict in conflicts(scene) {
-                report(reader, root, &conflict);
-            }
+            add_conflicts(scene, &mut found);
         }
+        found.iter().for_each(|found| report(reader, root, found));
     }
     // The nominal robot must be a valid robot.
     if reader.is_clean(&["robot.", "model_error."])
@@ -68,33 +68,32 @@ pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
 /// ground that eq. (10) describes. The paper's value in N/mm^2.1 sinks by six radii.
 const DEEPEST: f64 = 0.5;
 
-fn stiffness(scene: &Scene) -> Vec<Conflict> {
+fn stiffness(scene: &Scene, found: &mut Vec<Conflict>) {
     let (contact, robot) = (&scene.contact, &scene.robot.robot);
     let radius = robot.geometry.wheel_radius;
-    let depth = contact.static_penetration(robot.mean_wheel_load());
+    let depth = contact.mean_penetration(robot);
     if depth <= DEEPEST * radius {
-        return Vec::new();
+        return;
     }
-    let (found, n) = (contact.stiffness, contact.exponent);
-    let millimetres = found * 1e3_f64.powf(n);
+    let (stiffness, n) = (contact.stiffness, contact.exponent);
+    let millimetres = stiffness * 1e3_f64.powf(n);
     let rule = format!(
         "a stiffness under which the wheels sink by less than half their radius of {} m; with this one they sink by {} m. Its unit is N/m^{n}: {} N/mm^{n} is {}",
         short(radius),
         rounded(depth),
-        short(found),
+        short(stiffness),
         rounded(millimetres),
     );
-    vec![conflict([valued("contact.stiffness", found)], rule)]
+    found.push(conflict([valued("contact.stiffness", stiffness)], rule));
 }
 
-fn record(scene: &Scene) -> Vec<Conflict> {
+fn record(scene: &Scene, found: &mut Vec<Conflict>) {
     let r = &scene.record;
     let [duration, rate, from] = [
         valued("record.duration", r.duration),
         valued("record.rate", r.rate),
         valued("record.compare_from", r.compare_from),
     ];
-    let mut found = Vec::new();
     if r.compare_from >= r.duration {
         let rule = "record.compare_from below record.duration";
         found.push(conflict([from, duration.clone()], rule));
@@ -107,15 +106,13 @@ fn record(scene: &Scene) -> Vec<Conflict> {
         let rule = "a whole number of records: record.duration times record.rate";
         found.push(conflict([duration, rate], rule));
     }
-    found
 }
 
 /// A test that begins after the end of the run would never begin; it needs covariances.
-fn friction_test(scene: &Scene) -> Vec<Conflict> {
-    let mut found = Vec::new();
+fn friction_test(scene: &Scene, found: &mut Vec<Conflict>) {
     let control = &scene.control;
     if control.kind != ControlKind::FrictionTest {
-        return found;
+        return;
     }
     let (start, duration) = (control.friction_test.start, scene.record.duration);
     if start >= duration {
@@ -140,14 +137,12 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
         let rule = "an estimator with Kalman filters: drive.estimator of the preset \"kalman\"";
         found.push(conflict(keys, rule));
     }
-    found
 }
 
-fn sensors(scene: &Scene) -> Vec<Conflict> {
+fn sensors(scene: &Scene, found: &mut Vec<Conflict>) {
     let (jitter, rate) = (scene.sensors.spec.jitter, scene.sensors.rate);
     let record_rate = scene.record.rate;
     let sensors_rate = || valued("sensors.rate", rate);
-    let mut found = Vec::new();
     if !is_whole(rate / record_rate) {
         let keys = [sensors_rate(), valued("record.rate", record_rate)];
         let rule = "sensors.rate a whole multiple of record.rate";
@@ -159,20 +154,18 @@ fn sensors(scene: &Scene) -> Vec<Conflict> {
         let keys = [valued("sensors.jitter", jitter), sensors_rate()];
         found.push(conflict(keys, format!("sensors.jitter at most {most}")));
     }
-    found
 }
 
-fn engine(scene: &Scene) -> Vec<Conflict> {
+fn engine(scene: &Scene, found: &mut Vec<Conflict>) {
     let (step, duration) = (scene.engine.step, scene.record.duration);
-    if duration / step <= MOST_STEPS {
-        return Vec::new();
+    if duration / step > MOST_STEPS {
+        let keys = [
+            valued("engine.step", step),
+            valued("record.duration", duration),
+        ];
+        let rule = format!("at most {} steps", short(MOST_STEPS));
+        found.push(conflict(keys, rule));
     }
-    let keys = [
-        valued("engine.step", step),
-        valued("record.duration", duration),
-    ];
-    let rule = format!("at most {} steps", short(MOST_STEPS));
-    vec![conflict(keys, rule)]
 }
 
 /// Whether a number is 1, 2, 3 ... apart from rounding.
@@ -197,13 +190,15 @@ impl Scene {
     /// Why the forces of this scene are too stiff for the steps of `rapier`, whether it is the
     /// engine of the scene or not; `None` if they are not.
     pub fn too_stiff_for_rapier(&self) -> Option<String> {
-        stability(self).first().map(Conflict::message)
+        let mut found = Vec::new();
+        stability(self, &mut found);
+        found.first().map(Conflict::message)
     }
 }
 
-/// The limits of `rapier` that a scene exceeds: contact, friction, drive. Beyond them the forces
+/// Adds the limits of `rapier` that a scene exceeds: contact, friction, drive. Beyond them the forces
 /// oscillate without any other sign of the error.
-fn stability(scene: &Scene) -> Vec<Conflict> {
+fn stability(scene: &Scene, found: &mut Vec<Conflict>) {
     let (contact, robot) = (&scene.contact, &scene.robot.robot);
     let limits = [
         (
@@ -218,17 +213,13 @@ fn stability(scene: &Scene) -> Vec<Conflict> {
         ),
         friction(scene),
     ];
-    let exceeded = limits
-        .into_iter()
-        .filter(|limit| scene.engine.step > limit.1);
-    let mut found: Vec<_> = exceeded
-        .map(|(keys, longest, why)| {
+    for (keys, longest, why) in limits {
+        if scene.engine.step > longest {
             let rule = format!("engine.step at most {} s, {why}", floor(longest));
-            beyond(scene, keys, rule)
-        })
-        .collect();
-    found.extend(of_drive(scene));
-    found
+            found.push(beyond(scene, keys, rule));
+        }
+    }
+    of_drive(scene, found);
 }
 
 /// Keys whose values the step does not bear, and what is allowed beside the other engine.
@@ -261,7 +252,7 @@ fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
 }
 
 /// The step against the slope of the torque over the wheel speed, and against the integral gain.
-fn of_drive(scene: &Scene) -> Vec<Conflict> {
+fn of_drive(scene: &Scene, found: &mut Vec<Conflict>) {
     let (drive, mass) = (&scene.drive, &scene.robot.robot.mass);
     let part = scene.engine.step / f64::from(MOST_PARTS);
     let Some(greatest) = largest_slope(&scene.robot.robot, part) else {
@@ -270,9 +261,8 @@ fn of_drive(scene: &Scene) -> Vec<Conflict> {
             valued("robot.mass.rotor_inertia", mass.rotor_inertia),
         ];
         let rule = "inertias of wheels and rotors small against those of the links; or engine.kind = \"direct\"";
-        return vec![conflict(keys, rule)];
+        return found.push(conflict(keys, rule));
     };
-    let mut found = Vec::new();
     let slope = drive.slope();
     if slope > greatest {
         let slopes = [
@@ -302,7 +292,6 @@ fn of_drive(scene: &Scene) -> Vec<Conflict> {
         );
         found.push(beyond(scene, vec![valued("drive.ki", drive.ki)], rule));
     }
-    found
 }
 
 #[cfg(test)]

@@ -67,11 +67,10 @@ pub(crate) fn key_of(parameter: &Parameter, law: &FrictionLaw) -> Value {
     (key.into(), short(parameter.of(law)))
 }
 
-/// The rules of the friction law that a scene breaks.
-pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
+/// Adds the rules of the friction law that a scene breaks.
+pub(crate) fn add_conflicts(scene: &Scene, found: &mut Vec<Conflict>) {
     let law = &scene.friction;
     let kind = || named("contact.friction", law.kind.name());
-    let mut found = Vec::new();
     if law.mu_d > law.mu_s {
         let keys = [
             valued("contact.mu_d", law.mu_d),
@@ -111,7 +110,6 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
             }
         }
     }
-    found
 }
 
 #[cfg(test)]

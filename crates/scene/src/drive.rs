@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::values::{LONGEST_RUN, WHEEL_LIST, WHEEL_SET};
 use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_keys::prelude::*;
-use robhaz_sim::scaling::SpeedScaling;
+use robhaz_sim::drive::SpeedScaling;
 
 keys! {
     /// The keys of the section.
@@ -173,10 +173,10 @@ pub(crate) fn choose_rate(root: &Node, scene: &mut Scene) {
     }
 }
 
-/// What does not go with one speed control, which has one set speed.
-pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
+/// Adds what does not go with one speed control, which has one set speed.
+pub(crate) fn add_conflicts(scene: &Scene, found: &mut Vec<Conflict>) {
     if scene.control.kind != ControlKind::Shared || scene.drive.scalings.is_empty() {
-        return Vec::new();
+        return;
     }
     let kind = named("drive.kind", scene.control.kind.name());
     let count = (
@@ -184,7 +184,7 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
         scene.drive.scalings.len().to_string(),
     );
     let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
-    vec![conflict([count, kind], rule)]
+    found.push(conflict([count, kind], rule));
 }
 
 /// The labels in words.

@@ -1,6 +1,6 @@
 //! Errors of the plant with the keys of the scene file that a user can change.
 
-use robhaz_sim::{NoRest, PlantError};
+use robhaz_sim::{NoRest, NoTruth, PlantError};
 
 /// An error of the plant. Its message states the physical fact and then the keys that can help.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -19,13 +19,19 @@ impl From<PlantError> for PlantFailure {
 /// The keys that can help, as the end of a sentence; empty if it depends on the scene as a whole.
 fn advice(cause: &PlantError) -> &'static str {
     match cause {
-        PlantError::NotFinite { .. } | PlantError::LoopOpen { .. } => {
-            "; a smaller engine.step or the other engine.kind may help"
-        }
-        PlantError::EnergyMade { .. } => {
-            "; a smaller engine.step, a smaller engine.tolerance or the other engine.kind may help"
-        }
-        PlantError::NoStep { .. } => "; another engine.tolerance or the other engine.kind may help",
+        PlantError::NoTruth { why, .. } => match why {
+            NoTruth::NotFinite { .. } | NoTruth::LoopOpen { .. } => {
+                "; a smaller engine.step or the other engine.kind may help"
+            }
+            NoTruth::EnergyMade { .. } => {
+                "; a smaller engine.step, a smaller engine.tolerance or the other engine.kind may help"
+            }
+            NoTruth::NoStep => "; another engine.tolerance or the other engine.kind may help",
+            NoTruth::WheelBelowGround { .. }
+            | NoTruth::Overturned { .. }
+            | NoTruth::OffTheGround { .. }
+            | NoTruth::LoopRange => "",
+        },
         PlantError::RawStart { .. } => "; engine.start = \"settled\" takes other ground, too",
         PlantError::NoRest { why } => match why {
             NoRest::Pose | NoRest::Contacts { .. } => {
@@ -38,11 +44,7 @@ fn advice(cause: &PlantError) -> &'static str {
                 "; drive.torque_limit, drive.kp and drive.ki determine what it gives"
             }
         },
-        PlantError::WheelBelowGround { .. }
-        | PlantError::Overturned { .. }
-        | PlantError::OffTheGround { .. }
-        | PlantError::Stance(_)
-        | PlantError::LoopRange { .. } => "",
+        PlantError::Stance(_) => "",
     }
 }
 
@@ -56,15 +58,13 @@ mod tests {
     #[test]
     fn the_advice_names_keys_that_exist() {
         let (time, part, wheel) = (1.0, "body", 1);
+        let no_truth = |why| PlantError::NoTruth { time, why };
         let no_rest = |why| PlantError::NoRest { why };
         let causes = [
-            PlantError::NotFinite { time, part },
-            PlantError::LoopOpen {
-                time,
-                distance: 1e-3,
-            },
-            PlantError::EnergyMade { time, made: 1.0 },
-            PlantError::NoStep { time },
+            no_truth(NoTruth::NotFinite { part }),
+            no_truth(NoTruth::LoopOpen { distance: 1e-3 }),
+            no_truth(NoTruth::EnergyMade { made: 1.0 }),
+            no_truth(NoTruth::NoStep),
             PlantError::RawStart {
                 wheel,
                 depth: -0.1,

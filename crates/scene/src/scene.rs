@@ -10,9 +10,8 @@ use robhaz_estimator::statics::LoadCovariance;
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
-use robhaz_sim::drive::Drive;
+use robhaz_sim::drive::{Drive, SpeedScaling};
 use robhaz_sim::friction::FrictionLaw;
-use robhaz_sim::scaling::SpeedScaling;
 use robhaz_sim::sensors::{Grade, ImuPlace, SensorSpec, Sensors};
 use robhaz_sim::{EngineChoice, PlantSetup};
 use robhaz_terrain::Profile;
@@ -284,9 +283,7 @@ impl Scene {
         let damping = estimator.damping.unwrap_or(self.drive.viscous_damping);
         Ok(EstimatorSettings {
             viscous_damping: self.model_error.nominal_damping(damping),
-            compression: self
-                .contact
-                .static_penetration(self.robot.robot.mean_wheel_load()),
+            compression: self.contact.mean_penetration(&self.robot.robot),
             budget: self.noise_budget()?,
             ..settings
         })

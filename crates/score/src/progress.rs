@@ -138,7 +138,7 @@ impl ProgressMeter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use robhaz_sim::scaling::SpeedScaling;
+    use robhaz_sim::drive::SpeedScaling;
 
     /// A run of `seconds` at 100 records a second in which the body goes as `way` says (m at s), at
     /// a slip speed of 0.15 m/s.

@@ -1,5 +1,7 @@
 //! Normal force between wheel and ground, eq. (10).
 
+use robhaz_model::Robot;
+
 /// The law `N = max(0, k g^n + c(g) dg/dt)` for a penetration `g > 0`, eq. (10).
 ///
 /// `c(g)` is constant, or rises from 0 to `damping` in a cubic step over `0 < g < damping_ramp`
@@ -52,6 +54,11 @@ impl ContactLaw {
             unclamped: spring + damping * g_rate,
             energy: spring * g / (self.exponent + 1.0),
         }
+    }
+
+    /// Penetration of a wheel at rest under the mean wheel load of a robot, m.
+    pub fn mean_penetration(&self, robot: &Robot) -> f64 {
+        self.static_penetration(robot.mean_wheel_load())
     }
 
     /// Penetration of a wheel at rest under `load` (N), m: the inverse of eq. (10) with dg/dt = 0.

@@ -1,7 +1,7 @@
 //! Mechanical energy, and a check that the integration does not create energy.
 
 use crate::engine::Instant;
-use crate::error::PlantError;
+use crate::error::NoTruth;
 use crate::truth::Truth;
 use robhaz_model::{Bar, Robot};
 
@@ -62,8 +62,8 @@ impl EnergyWatch {
     /// Checks the next instant.
     ///
     /// # Errors
-    /// [`PlantError::EnergyMade`]
-    pub fn check(&mut self, robot: &Robot, instant: &Instant) -> Result<(), PlantError> {
+    /// [`NoTruth::EnergyMade`]
+    pub fn check(&mut self, robot: &Robot, instant: &Instant) -> Result<(), NoTruth> {
         let truth = &instant.truth;
         let [a, b, _] = truth.links.map(|link| link.angle);
         let stop = robot.geometry.stop.energy(a - b);
@@ -72,8 +72,7 @@ impl EnergyWatch {
         self.minimum = self.minimum.min(passive);
         let made = passive - self.minimum;
         if made > self.allowed {
-            let time = truth.time;
-            return Err(PlantError::EnergyMade { time, made });
+            return Err(NoTruth::EnergyMade { made });
         }
         Ok(())
     }
@@ -83,8 +82,8 @@ impl EnergyWatch {
 #[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
     use super::*;
-    use crate::balance::Balance;
-    use crate::{EngineKind, Plant, PlantSetup, StartKind};
+    use crate::engine::Balance;
+    use crate::{EngineKind, Plant, PlantError, PlantSetup, StartKind};
     use robhaz_terrain::Profile;
 
     fn setup(engine: EngineKind, profile: Profile) -> PlantSetup {
@@ -108,7 +107,13 @@ mod tests {
         let found = run(&too_long, 4);
         println!("{found:?}");
         assert!(
-            matches!(found, Err(PlantError::EnergyMade { .. })),
+            matches!(
+                found,
+                Err(PlantError::NoTruth {
+                    why: NoTruth::EnergyMade { .. },
+                    ..
+                })
+            ),
             "{found:?}"
         );
     }
@@ -152,8 +157,6 @@ mod tests {
         assert_eq!(watch.check(&robot, &at(1.5, 0.8)), Ok(()));
         assert_eq!(watch.check(&robot, &at(1.0, 0.29)), Ok(()));
         let made = watch.check(&robot, &at(1.0, 0.28));
-        assert!(
-            matches!(made, Err(PlantError::EnergyMade { made, .. }) if (made - 0.02).abs() < 1e-12)
-        );
+        assert!(matches!(made, Err(NoTruth::EnergyMade { made }) if (made - 0.02).abs() < 1e-12));
     }
 }

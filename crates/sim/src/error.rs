@@ -8,45 +8,13 @@ use robhaz_model::StanceError;
 /// Reason why a simulation cannot start or stops.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PlantError {
-    /// A wheel's centre is below the ground.
-    #[error("at t = {time:.4} s the centre of wheel {wheel} is below the ground (x = {x:.3} m)")]
-    WheelBelowGround {
+    /// There is no valid truth any more.
+    #[error("at t = {time:.4} s {why}")]
+    NoTruth {
         /// Time, s.
         time: f64,
-        /// 1 front, 2 middle, 3 rear.
-        wheel: usize,
-        /// Position of the wheel's centre, m.
-        x: f64,
-    },
-    /// The state contains NaN or infinity: the step is too long for the contact, or the forces are
-    /// too large.
-    #[error(
-        "at t = {time:.4} s the state of {part} is not finite: the forces are too large for the step, or the ground threw the robot"
-    )]
-    NotFinite {
-        /// Time, s.
-        time: f64,
-        /// Name of the bar.
-        part: &'static str,
-    },
-    /// A bar has turned by more than a right angle. Only wheels have contact with the ground, so
-    /// the forces would be wrong.
-    #[error("at t = {time:.4} s {part} has turned over")]
-    Overturned {
-        /// Time, s.
-        time: f64,
-        /// Name of the bar.
-        part: &'static str,
-    },
-    /// A wheel is more than 1 m above the ground.
-    #[error("at t = {time:.4} s wheel {wheel} has left the ground by more than 1 m (x = {x:.1} m)")]
-    OffTheGround {
-        /// Time, s.
-        time: f64,
-        /// 1 front, 2 middle, 3 rear.
-        wheel: usize,
-        /// Position of the wheel's centre, m.
-        x: f64,
+        /// The reason.
+        why: NoTruth,
     },
     /// The ground under a raw start is not level: a wheel would be too deep in the ground, or above
     /// it.
@@ -71,37 +39,71 @@ pub enum PlantError {
     /// The robot cannot stand, not even on level ground.
     #[error(transparent)]
     Stance(#[from] StanceError),
+}
+
+/// Reason why the forces at a state are unknown or would be wrong.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoTruth {
+    /// A wheel's centre is below the ground, where the contact laws do not apply.
+    #[error("the centre of wheel {wheel} is below the ground (x = {x:.3} m)")]
+    WheelBelowGround {
+        /// 1 front, 2 middle, 3 rear.
+        wheel: usize,
+        /// Position of the wheel's centre, m.
+        x: f64,
+    },
+    /// The state contains NaN or infinity: the step is too long for the contact, or the forces are
+    /// too large.
+    #[error(
+        "the state of {part} is not finite: the forces are too large for the step, or the ground threw the robot"
+    )]
+    NotFinite {
+        /// Name of the bar.
+        part: &'static str,
+    },
+    /// A bar has turned by more than a right angle. Only wheels have contact with the ground, so
+    /// the forces would be wrong.
+    #[error("{part} has turned over")]
+    Overturned {
+        /// Name of the bar.
+        part: &'static str,
+    },
+    /// A wheel is more than 1 m above the ground.
+    #[error("wheel {wheel} has left the ground by more than 1 m (x = {x:.1} m)")]
+    OffTheGround {
+        /// 1 front, 2 middle, 3 rear.
+        wheel: usize,
+        /// Position of the wheel's centre, m.
+        x: f64,
+    },
     /// The angles of links 1 and 2 are outside of the range in which the four-bar closes.
-    #[error("at t = {time:.4} s links 1 and 2 have turned farther than the four-bar can close")]
-    LoopRange {
-        /// Time, s.
-        time: f64,
-    },
-    /// The solver of `direct` finds no step within its tolerance.
-    #[error("at t = {time:.4} s the solver finds no step that is accurate enough")]
-    NoStep {
-        /// Time, s.
-        time: f64,
-    },
+    #[error("links 1 and 2 have turned farther than the four-bar can close")]
+    LoopRange,
+    /// The solver of `direct` finds no step within its tolerance, or no forces.
+    #[error("the solver finds no step that is accurate enough")]
+    NoStep,
     /// Kinetic, potential and elastic energy minus the work of the motors exceeds its minimum so
     /// far by more than the tolerance: the integration is wrong.
-    #[error("at t = {time:.4} s energy is made from nothing: {made:.1e} J since its minimum")]
+    #[error("energy is made from nothing: {made:.1e} J since its minimum")]
     EnergyMade {
-        /// Time, s.
-        time: f64,
         /// Rise of the energy since its minimum, J.
         made: f64,
     },
     /// The gap of a pin is too large: the pin forces would be wrong.
     #[error(
-        "at t = {time:.4} s the pins of the four-bar are {distance:.1e} m apart: the forces are too large for the step"
+        "the pins of the four-bar are {distance:.1e} m apart: the forces are too large for the step"
     )]
     LoopOpen {
-        /// Time, s.
-        time: f64,
         /// Largest gap, m.
         distance: f64,
     },
+}
+
+impl NoTruth {
+    /// The reason with its time, s.
+    pub(crate) fn at(self, time: f64) -> PlantError {
+        PlantError::NoTruth { time, why: self }
+    }
 }
 
 /// Reason why there is no static equilibrium at the start.
@@ -133,37 +135,6 @@ pub enum NoRest {
         /// Number of contacts.
         contacts: u32,
     },
-}
-
-/// Reason why the forces at a state cannot be evaluated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum NoForces {
-    /// The four-bar cannot close.
-    Loop,
-    /// A wheel's centre is below the ground.
-    BelowGround {
-        /// Index of the wheel, 0 front.
-        wheel: usize,
-        /// The place.
-        source: BelowGround,
-    },
-    /// The mass matrix is not positive definite.
-    Singular,
-}
-
-/// The centre of a wheel is below the ground, where the contact laws do not apply.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BelowGround {
-    /// Position of the wheel's centre, m.
-    pub x: f64,
-}
-
-impl BelowGround {
-    /// The same fact with its time (s) and the index of the wheel (0 front).
-    pub fn at(self, time: f64, wheel: usize) -> PlantError {
-        let (wheel, x) = (wheel + 1, self.x);
-        PlantError::WheelBelowGround { time, wheel, x }
-    }
 }
 
 /// Position of a wheel relative to the ground, in words. `depth` is its penetration (m), `rest`

@@ -1,10 +1,9 @@
 //! The plant as a caller sees it: created once, then asked for one truth per period.
 
-use crate::balance::Balance;
 use crate::direct::DirectEngine;
 use crate::energy::EnergyWatch;
-use crate::engine::{Engine, Instant};
-use crate::error::PlantError;
+use crate::engine::{Balance, Engine, Instant};
+use crate::error::{NoTruth, PlantError};
 use crate::rapier::RapierEngine;
 use crate::setup::{EngineKind, PlantSetup};
 use crate::start::Start;
@@ -68,37 +67,37 @@ impl Plant {
     /// [`PlantError`] if the forces would be wrong. The plant must not be used afterwards.
     pub fn next_truth(&mut self) -> Result<&Truth, PlantError> {
         self.engine.next_instant(&mut self.instant)?;
-        check(&self.instant.truth)?;
-        self.watch.check(&self.robot, &self.instant)?;
-        Ok(&self.instant.truth)
+        let truth = &self.instant.truth;
+        let checked = check(truth).and_then(|()| self.watch.check(&self.robot, &self.instant));
+        checked.map_err(|why| why.at(truth.time))?;
+        Ok(truth)
     }
 }
 
 /// Checks that the state is in the range in which the forces are valid.
-fn check(truth: &Truth) -> Result<(), PlantError> {
+fn check(truth: &Truth) -> Result<(), NoTruth> {
     /// Largest gap between a wheel and the ground, m.
     const MAX_GAP: f64 = 1.0;
-    let time = truth.time;
     for bar in Bar::ALL {
         let b = truth.bar(bar);
         let part = bar.name();
         let sum = b.position.x + b.position.y + b.angle + b.velocity.x + b.velocity.y + b.rate;
         if !sum.is_finite() {
-            return Err(PlantError::NotFinite { time, part });
+            return Err(NoTruth::NotFinite { part });
         }
         if b.angle.abs() > std::f64::consts::FRAC_PI_2 {
-            return Err(PlantError::Overturned { time, part });
+            return Err(NoTruth::Overturned { part });
         }
     }
     for (i, wheel) in truth.wheels.iter().enumerate() {
         if wheel.penetration < -MAX_GAP {
             let (wheel, x) = (i + 1, wheel.position.x);
-            return Err(PlantError::OffTheGround { time, wheel, x });
+            return Err(NoTruth::OffTheGround { wheel, x });
         }
     }
     let distance = truth.loop_error;
     if distance > Plant::MAX_LOOP_ERROR {
-        return Err(PlantError::LoopOpen { time, distance });
+        return Err(NoTruth::LoopOpen { distance });
     }
     Ok(())
 }

@@ -54,7 +54,7 @@ pub struct EngineChoice {
     /// State of the robot at time zero.
     pub start: StartKind,
     /// Largest integration step of `rapier`, s. The step in use is the period over a whole number.
-    /// It is divided further, into up to [`MOST_PARTS`](crate::rapier::MOST_PARTS) parts, during
+    /// It is divided further, into up to [`MOST_PARTS`](crate::stability::MOST_PARTS) parts, during
     /// impacts and where contact, friction or drive are stiff.
     pub step: f64,
     /// Tolerance of `direct`: allowed error of one step, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1
@@ -120,11 +120,5 @@ impl PlantSetup {
             period: 1e-3,
             balance: false,
         }
-    }
-
-    /// Penetration of a wheel at rest under the mean wheel load, m.
-    pub(crate) fn mean_penetration(&self) -> f64 {
-        self.contact
-            .static_penetration(self.robot.mean_wheel_load())
     }
 }

@@ -18,6 +18,10 @@ use robhaz_model::Robot;
 /// at 0.9 it is 16 %.
 pub(crate) const STABLE_SHARE: f64 = 0.4;
 
+/// Largest number of parts of a step. An impact on an edge takes all of them: at the default step a
+/// part is 15 us, and a wheel is stopped in 75 us. Stiff laws take as many as they need.
+pub const MOST_PARTS: u32 = 13;
+
 /// Longest step, s, for the contact's damping c: three times the time constant m/c of a bare wheel
 /// (mass m). 0.225 ms for the default robot.
 ///

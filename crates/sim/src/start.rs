@@ -42,7 +42,7 @@ impl Start {
     /// ground.
     pub fn nominal(setup: &PlantSetup) -> Self {
         let geometry = &setup.robot.geometry;
-        let lowered = Vec2::new(0.0, -setup.mean_penetration());
+        let lowered = Vec2::new(0.0, -setup.contact.mean_penetration(&setup.robot));
         Self {
             state: State {
                 q: geometry.pins.q + lowered,
@@ -61,7 +61,10 @@ impl Start {
 /// wheel load.
 fn raw(setup: &PlantSetup) -> Result<Start, PlantError> {
     let start = Start::nominal(setup);
-    let (rest, radius) = (setup.mean_penetration(), setup.robot.geometry.wheel_radius);
+    let (rest, radius) = (
+        setup.contact.mean_penetration(&setup.robot),
+        setup.robot.geometry.wheel_radius,
+    );
     for (i, axle) in setup.robot.geometry.axles.iter().enumerate() {
         let nearest = setup.terrain.nearest(axle - Vec2::new(0.0, rest));
         let depth = nearest.map_or(f64::NEG_INFINITY, |contact| radius - contact.distance);
@@ -108,7 +111,7 @@ fn settled(setup: &PlantSetup) -> Result<Start, NoRest> {
 /// on the distances from the ground.
 fn pose_on_ground(setup: &PlantSetup) -> Option<State> {
     let robot = &setup.robot;
-    let goal = robot.geometry.wheel_radius - setup.mean_penetration();
+    let goal = robot.geometry.wheel_radius - setup.contact.mean_penetration(&setup.robot);
     let mut state = Start::nominal(setup).state;
     for _ in 0..MOST_STEPS {
         let kinematics = Kinematics::new(robot, &state).ok()?;

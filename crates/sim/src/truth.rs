@@ -47,7 +47,7 @@ pub struct ContactList {
 }
 
 impl ContactList {
-    /// Becomes a list of one contact.
+    /// Becomes a list of one contact: the usual case, without a copy of an empty list.
     pub fn set(&mut self, contact: ContactTruth) {
         if self.len > 1 {
             *self = Self::default();

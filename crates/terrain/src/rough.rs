@@ -116,11 +116,6 @@ impl Rough {
         }
     }
 
-    /// The parameters.
-    pub fn settings(&self) -> &RoughSettings {
-        &self.settings
-    }
-
     /// Sum of the waves at the distance `s` (m) from the start, with first and second derivative.
     fn sum(&self, s: f64) -> [f64; 3] {
         let mut sum = [0.0; 3];

@@ -4,7 +4,6 @@ pub mod faults;
 
 use robhaz_estimator::{Estimator, EstimatorSettings, KalmanReport, SensorFrame};
 use robhaz_log::check::{BodyNoise, Report, Stated, check};
-use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use robhaz_study::TruthRun;
@@ -42,7 +41,7 @@ pub fn readings_of<'a>(
     let mut scene = scene.clone();
     scene.seed = seed;
     let mut sensors = scene.sensors();
-    samples.map(|t| sensor_frame(&sensors.read(t))).collect()
+    samples.map(|t| sensors.read(t)).collect()
 }
 
 /// RMS error of N over the mean N from 2 s on and the mean of its stated deviation over the same, of the frames of

@@ -393,7 +393,7 @@ fn a_sharp_crest_meets_the_end_stop() {
         .map(|p| p.opening)
         .fold(f64::NEG_INFINITY, f64::max);
     let mut narrow = setup(text, &[], with_mu(5.0)).unwrap();
-    narrow.robot.geometry.stop.upper = largest - 0.01;
+    narrow.scene.robot.robot.geometry.stop.upper = largest - 0.01;
     let report = judge(&narrow).unwrap();
     let failure = report.first_failure.unwrap();
     assert_eq!(failure.reason, Reason::EndStop);

@@ -138,9 +138,7 @@ impl LogChoice {
             pin: [spec.pin_noise, spec.pin_bias],
             viscous_damping: common,
             gear_efficiency: 1.0,
-            compression: scene
-                .contact
-                .static_penetration(scene.robot.robot.mean_wheel_load()),
+            compression: scene.contact.mean_penetration(&simulated.robot),
             budget: scene.noise_budget()?,
             compare_from: scene.record.compare_from,
             estimators: scene.estimators.iter().map(estimator).collect(),

@@ -91,15 +91,12 @@ pub(super) const CHANNELS: List<Table<ChannelChoice>> = List {
         if others.iter().any(|other| other.name == channel.name) {
             reader.refuse_key(node, path, "name", "a name that no other channel has");
         }
-        if let (Some(table), false) = (node.get("table"), channel.topic.is_empty()) {
-            reader.refuse(table, &join(path, "table"), "a table or a topic, not both");
+        if !channel.topic.is_empty() {
+            reader.refuse_given(node, path, "table", "a table or a topic, not both");
         }
-        let unit = node
-            .get("time_unit")
-            .filter(|_| channel.time_unit != TIME_UNITS[0]);
-        if let (Some(unit), false) = (unit, channel.nanoseconds.is_empty()) {
+        if channel.time_unit != TIME_UNITS[0] && !channel.nanoseconds.is_empty() {
             let allowed = "\"s\" beside nanoseconds, which are added to whole seconds";
-            reader.refuse(unit, &join(path, "time_unit"), allowed);
+            reader.refuse_given(node, path, "time_unit", allowed);
         }
     },
 };

@@ -161,25 +161,22 @@ fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoi
             let at = node.get(key).or(node.get("unit")).unwrap_or(node);
             let allowed = format!("{key} above 0, which unit = \"{unit}\" needs");
             reader.refuse(at, &join(path, key), &allowed);
-        } else if !needed && let Some(found) = node.get(key) {
+        } else if !needed {
             let allowed = format!("no {key}: unit = \"{unit}\" does not need it");
-            reader.refuse(found, &join(path, key), &allowed);
+            reader.refuse_given(node, path, key, &allowed);
         }
     };
     needs("counts", reading.counts, unit == "counts");
     let is_current = unit.ends_with('A');
     needs("torque_constant", reading.torque_constant, is_current);
-    let is_of_motor = of.is_wheel_angle() || of.is_torque();
-    if !is_of_motor && let Some(found) = node.get("gear_ratio") {
+    if !of.is_wheel_angle() && !of.is_torque() {
         let allowed = "gear_ratio of a wheel's angle or motor torque only: a gear has no part in other readings";
-        reader.refuse(found, &join(path, "gear_ratio"), allowed);
+        reader.refuse_given(node, path, "gear_ratio", allowed);
     }
     let is_speed = ["rad/s", "deg/s", "rpm"].contains(&unit);
-    if (!of.is_wheel_angle() || is_speed)
-        && let Some(found) = node.get("wrap")
-    {
+    if !of.is_wheel_angle() || is_speed {
         let allowed = "wrap of a wheel's angle only: other readings and speeds do not start anew";
-        reader.refuse(found, &join(path, "wrap"), allowed);
+        reader.refuse_given(node, path, "wrap", allowed);
     }
     reading.unit = unit;
     reading.factor = factor(unit, reading);

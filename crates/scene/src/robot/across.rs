@@ -1,7 +1,6 @@
 //! `[robot.across]`: what lies across in a rover with both sides.
 
-use crate::robot::fault::Fault;
-use crate::robot::inertias::too_large_across;
+use crate::robot::fault::{Fault, too_large_across};
 use crate::values::{FARTHEST, POINT};
 use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, Coupling, Robot, Suspension, Vec2, WholeRover};

@@ -4,11 +4,9 @@ mod across;
 mod checks;
 mod choice;
 mod fault;
-mod inertias;
 mod keys;
 mod part;
 mod stance;
-mod steering;
 
 pub use choice::RobotChoice;
 pub(crate) use keys::{GEOMETRY, GEOMETRY_PART, MASS_PART, MASSES};

@@ -1,8 +1,7 @@
 //! `[robot]` as a whole: whether the robot can stand.
 
 use crate::robot::choice::{RobotChoice, SuspensionKind};
-use crate::robot::fault::report;
-use crate::robot::inertias::too_large;
+use crate::robot::fault::{report, too_large};
 use crate::robot::keys::{GEOMETRY_PART, KEYS, MASS_PART};
 use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, StanceError};

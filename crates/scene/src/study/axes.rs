@@ -280,10 +280,10 @@ fn read_values(reader: &mut Reader, node: &Node, path: &str, raw: &Raw) -> Optio
     }
     let different: HashSet<&String> = raw.names.iter().collect();
     let fit = [different.len(), raw.values.len()] == [raw.names.len(); 2];
-    if let Some(names) = node.get("names").filter(|_| !fit) {
+    if !fit {
         let count = raw.values.len();
         let allowed = format!("a list of {count} different texts, one a value");
-        reader.refuse(names, &join(path, "names"), &allowed);
+        reader.refuse_given(node, path, "names", &allowed);
     }
     (reader.mark() == mark).then_some(read)
 }

@@ -48,7 +48,7 @@ impl TerrainChoice {
             };
             for track in &mut part.tracks {
                 track.part = Some(i);
-                part.values.heights.file = track.file_name();
+                part.values.file = track.file_name();
             }
             profiles.push(part.profile.clone());
             self.tracks.extend_from_slice(&part.tracks);
@@ -111,7 +111,10 @@ pub(super) struct Ground {
     pub sine: Sine,
     pub ditch: Ditch,
     pub rough: RoughSettings,
-    pub heights: PointKeys,
+    pub points: Vec<Vec2>,
+    pub file: String,
+    pub file_hash: String,
+    pub format: TrackFormat,
     pub interpolation: Interpolation,
     pub smoothing: f64,
     pub parts: Vec<TerrainChoice>,
@@ -130,13 +133,4 @@ impl Ground {
             ..Self::default()
         }
     }
-}
-
-/// The values of the keys of a ground through points. SI.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct PointKeys {
-    pub points: Vec<Vec2>,
-    pub file: String,
-    pub file_hash: String,
-    pub format: TrackFormat,
 }

@@ -163,23 +163,23 @@ keys! {
     pub(super) HEIGHTS: TerrainChoice;
 
     /// kind heights only: points that the ground goes through, m; heights count from the first
-    points ("none"): Points => values.heights.points;
+    points ("none"): Points => values.points;
 
     /// kind heights only: points from a file, instead of points
-    file ("none"): FILE => values.heights.file;
+    file ("none"): FILE => values.file;
 
     /// kind heights with file only: the column of x
-    x_column ("by the first line, else the first"): COLUMN => values.heights.format.x;
+    x_column ("by the first line, else the first"): COLUMN => values.format.x;
 
     /// kind heights with file only: the column of the height
-    height_column ("by the first line, else the second"): COLUMN => values.heights.format.height;
+    height_column ("by the first line, else the second"): COLUMN => values.format.height;
 
     /// kind heights with file only: lines may be in any order; two neighbouring lines of equal x are a
     /// riser
-    sort ("off"): SWITCH => values.heights.format.sort if |it| !it.values.heights.file.is_empty();
+    sort ("off"): SWITCH => values.format.sort if |it| !it.values.file.is_empty();
 
     /// kind heights with file only: hash that the file must have; a resolved scene has it
-    file_hash ("none"): HASH => values.heights.file_hash;
+    file_hash ("none"): HASH => values.file_hash;
 
     /// kind heights only: a smooth curve that stays between its points, a natural cubic spline, or
     /// straight pieces with corners

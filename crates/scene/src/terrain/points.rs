@@ -1,6 +1,6 @@
 //! Points that the ground goes through, in the scene itself or in a separate file, a track.
 
-use super::ground::{Ground, PointKeys, TerrainChoice, Track};
+use super::ground::{Ground, TerrainChoice, Track};
 use robhaz_keys::prelude::*;
 use robhaz_model::Vec2;
 use robhaz_terrain::{Column, Heights, Profile, TrackError, check_risers, read_track};
@@ -93,30 +93,23 @@ pub(super) const COLUMN: Plain<Option<Column>> = Plain {
 
 /// The ground through the points that a table states, or the file that it names.
 pub(super) fn build(reader: &mut Reader, node: &Node, path: &str, ground: &mut TerrainChoice) {
-    let Ground {
-        interpolation,
-        smoothing,
-        heights,
-        ..
-    } = &mut ground.values;
+    let values = &mut ground.values;
     let points = match (node.get("file"), node.get("points")) {
         (Some(file), None) => {
-            let Some((points, track)) = from_file(reader, node, file, path, heights) else {
+            let Some((points, track)) = from_file(reader, node, file, path, values) else {
                 return;
             };
             // A resolved scene names the copy.
-            (heights.file, heights.file_hash) = (track.file_name(), track.hash());
+            (values.file, values.file_hash) = (track.file_name(), track.hash());
             ground.tracks.push(track);
             points
         }
         (None, Some(_)) => {
             for key in ["x_column", "height_column", "sort", "file_hash"] {
-                if let Some(given) = node.get(key) {
-                    let allowed = "no such key beside points; it belongs to file";
-                    reader.refuse(given, &join(path, key), allowed);
-                }
+                let allowed = "no such key beside points; it belongs to file";
+                reader.refuse_given(node, path, key, allowed);
             }
-            heights.points.clone()
+            values.points.clone()
         }
         (file, _) => {
             let found = if file.is_some() { "both" } else { "neither" };
@@ -124,9 +117,10 @@ pub(super) fn build(reader: &mut Reader, node: &Node, path: &str, ground: &mut T
             return reader.push(Problem::at(&node.origin, path, message).whole());
         }
     };
-    match check_risers(&points, *interpolation, *smoothing) {
+    let (interpolation, smoothing) = (values.interpolation, values.smoothing);
+    match check_risers(&points, interpolation, smoothing) {
         Ok(()) => {
-            let heights = Heights::with_smoothing(points, *interpolation, *smoothing);
+            let heights = Heights::with_smoothing(points, interpolation, smoothing);
             ground.profile = Profile::Heights(heights);
         }
         Err(error) => {
@@ -140,7 +134,7 @@ fn from_file(
     node: &Node,
     file: &Node,
     path: &str,
-    keys: &PointKeys,
+    keys: &Ground,
 ) -> Option<(Vec<Vec2>, Track)> {
     let key = join(path, "file");
     // Empty after a problem.
@@ -163,9 +157,9 @@ fn from_file(
     let points = points.map_err(|error| problem(&shown, &track.bytes, &key, error));
     let points = reader.keep(points)?;
     let hash = track.hash();
-    if let Some(given) = node.get("file_hash").filter(|_| keys.file_hash != hash) {
+    if keys.file_hash != hash {
         let allowed = format!("{hash}, which the file has: it is not the one that was meant");
-        reader.refuse(given, &join(path, "file_hash"), &allowed);
+        reader.refuse_given(node, path, "file_hash", &allowed);
     }
     Some((points, track))
 }

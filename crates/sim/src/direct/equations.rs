@@ -2,12 +2,11 @@
 //! integrals.
 
 use super::jumps::Jumps;
-use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, joined, state};
 use super::radau::Model;
-use super::system::{Factors, Jacobian};
-use crate::balance::{Balance, WheelLoad};
+use super::system::{Factors, INTEGRAL, Jacobian, OMEGA, RATES, SIZE, Y, joined, state};
 use crate::drive::DriveResponse;
-use crate::error::NoForces;
+use crate::engine::{Balance, WheelLoad};
+use crate::error::NoTruth;
 use crate::mechanics::{Forces, Kinematics, Mechanics, State, Tangents};
 use crate::setup::PlantSetup;
 use nalgebra::SVector;
@@ -54,7 +53,7 @@ pub(super) struct Equations {
     pub forces: Forces,
     tangents: Tangents,
     /// Reason of the last evaluation that failed.
-    pub refusal: Option<NoForces>,
+    pub refusal: Option<NoTruth>,
 }
 
 /// Impulse and work among the integrals.
@@ -106,13 +105,13 @@ impl Equations {
     /// Evaluates [`Self::kinematics`] and [`Self::forces`] at a state with these motor torques (N
     /// m).
     #[inline]
-    pub fn evaluate(&mut self, state: &State, torques: [f64; 3]) -> Result<(), NoForces> {
+    pub fn evaluate(&mut self, state: &State, torques: [f64; 3]) -> Result<(), NoTruth> {
         self.kinematics.set(&self.mechanics.linkage, state)?;
         (self.forces).solve(&mut self.mechanics, &self.kinematics, torques)
     }
 
     /// The rates dy/dt.
-    fn try_rates(&mut self, t: f64, y: &Y) -> Result<Y, NoForces> {
+    fn try_rates(&mut self, t: f64, y: &Y) -> Result<Y, NoTruth> {
         let drives = self.drives(t, y);
         self.evaluate(&state(y), drives.map(|drive| drive.torque))?;
         let (a, spins) = (self.forces.accelerations, self.forces.omega_rates);
@@ -122,7 +121,7 @@ impl Equations {
     }
 
     /// Rates of [`Balance`] without the work of the motors, as the integrals from [`IMPULSE`] on.
-    fn balance_rates(&mut self, t: f64, y: &Y) -> Result<[f64; 9], NoForces> {
+    fn balance_rates(&mut self, t: f64, y: &Y) -> Result<[f64; 9], NoTruth> {
         let state = state(y);
         let torques = self.motor_torques(t, y);
         self.evaluate(&state, torques)?;
@@ -135,7 +134,7 @@ impl Equations {
             let omega = state.omega[i];
             let load = WheelLoad::new(ground, mechanics.drive.loss_torque(omega));
             let motion = kinematics.wheel(i);
-            rates.add_wheel(i, &load, &motion, omega, 1.0);
+            rates.add_wheel(&load, &motion, omega, 1.0);
         }
         let [a, b, c] = rates.impulse;
         let [gear, ground, stop] = [rates.gear_loss, rates.ground_work, rates.stop_work];
@@ -143,7 +142,7 @@ impl Equations {
     }
 
     /// The Jacobian: that of the mechanics, with the drives by difference quotients.
-    fn try_jacobian(&mut self, t: f64, y: &Y) -> Result<Jacobian, NoForces> {
+    fn try_jacobian(&mut self, t: f64, y: &Y) -> Result<Jacobian, NoTruth> {
         let state = state(y);
         let here = self.drives(t, y);
         self.kinematics.set(&self.mechanics.linkage, &state)?;

@@ -10,21 +10,20 @@
 
 mod equations;
 mod jumps;
-mod layout;
 mod method;
 mod radau;
 mod system;
 
 use crate::drive::Drive;
 use crate::engine::{Engine, Instant};
-use crate::error::{NoForces, PlantError};
+use crate::error::{NoTruth, PlantError};
 use crate::setup::PlantSetup;
 use crate::start::Start;
 use crate::truth::PinTruth;
 use equations::{Equations, INTEGRALS, Integrals};
-use layout::{SIZE, Y};
 use radau::Radau;
 use robhaz_model::{Bar, WheelCommand};
+use system::{SIZE, Y};
 
 /// Allowed local errors of a step per unit of tolerance: positions (m, rad), velocities (m/s,
 /// rad/s), wheel speeds (rad/s), integrals (rad). An error of 10 nm in a penetration is 2 mN of N.
@@ -70,7 +69,7 @@ impl DirectEngine {
         let mut equations = Equations::new(setup);
         let scale = weights(&setup.drive) * setup.engine.tolerance;
         let scale = scale.map(|error| error.max(ROUNDING));
-        let solver = Radau::new(&mut equations, &layout::start(start), scale, FIRST_STEP);
+        let solver = Radau::new(&mut equations, &system::start(start), scale, FIRST_STEP);
         Ok(Self {
             solver: solver.map_err(|_| refusal(0.0, equations.refusal))?,
             equations,
@@ -88,7 +87,7 @@ impl DirectEngine {
         while solver.time < time {
             // A state that oscillates between two laws can take an unlimited number of tiny steps.
             if left == 0 {
-                return Err(PlantError::NoStep { time: solver.time });
+                return Err(NoTruth::NoStep.at(solver.time));
             }
             left -= 1;
             solver
@@ -121,10 +120,10 @@ impl DirectEngine {
         y: &Y,
         integrals: &Integrals,
         instant: &mut Instant,
-    ) -> Result<(), NoForces> {
+    ) -> Result<(), NoTruth> {
         let time = instant.truth.time;
         let equations = &mut self.equations;
-        let state = layout::state(y);
+        let state = system::state(y);
         let torques = equations.motor_torques(time, y);
         equations.evaluate(&state, torques)?;
         let (mechanics, kinematics) = (&equations.mechanics, &equations.kinematics);
@@ -138,8 +137,7 @@ impl DirectEngine {
             let motion = kinematics.wheel(i);
             let wheel = &mut truth.wheels[i];
             (wheel.angle, wheel.omega, wheel.torque) = (integrals[i], state.omega[i], torques[i]);
-            let written = (mechanics.ground).write_truth(i, &forces.ground[i], &motion, wheel);
-            written.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
+            (mechanics.ground).write_truth(&forces.ground[i], &motion, wheel)?;
         }
         let positions = kinematics.pins();
         let pin_forces = forces.pin_forces(&mechanics.robot, kinematics);
@@ -169,7 +167,7 @@ impl Engine for DirectEngine {
         self.take_commands(time, time_of(self.records, self.period))?;
         instant.truth.time = time;
         self.evaluate(&y, &integrals, instant)
-            .map_err(|why| refusal(time, Some(why)))
+            .map_err(|why| why.at(time))
     }
 }
 
@@ -187,12 +185,8 @@ fn most_steps(period: f64) -> u64 {
 
 /// The error at a time (s) at which no step was found, from the reason why the last trial had no
 /// forces.
-fn refusal(time: f64, why: Option<NoForces>) -> PlantError {
-    match why {
-        Some(NoForces::BelowGround { wheel, source }) => source.at(time, wheel),
-        Some(NoForces::Loop) => PlantError::LoopRange { time },
-        _ => PlantError::NoStep { time },
-    }
+fn refusal(time: f64, why: Option<NoTruth>) -> PlantError {
+    why.unwrap_or(NoTruth::NoStep).at(time)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Forces of the ground on one wheel: terrain, contact law (10) and friction law (11) combined.
 
 use crate::contact::NormalForce;
-use crate::error::BelowGround;
+use crate::error::NoTruth;
 use crate::friction::Slip;
 use crate::power::Power;
 use crate::setup::PlantSetup;
@@ -30,6 +30,8 @@ pub(crate) struct Ground {
 /// Motion of a wheel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelMotion {
+    /// Index of the wheel: 0 front, 1 middle, 2 rear.
+    pub wheel: usize,
     /// Centre, m.
     pub centre: Vec2,
     /// Velocity of the centre, m/s.
@@ -94,18 +96,17 @@ impl Ground {
         }
     }
 
-    /// Forces of all contacts of a wheel (0 front, 1 middle, 2 rear); passes each contact with its
-    /// forces to `each`.
+    /// Forces of all contacts of a wheel; passes each contact with its forces to `each`.
     ///
     /// # Errors
-    /// [`BelowGround`]
+    /// [`NoTruth::WheelBelowGround`]
     pub fn act(
         &mut self,
-        wheel: usize,
         motion: &WheelMotion,
         forces: &mut GroundForces,
         each: impl FnMut(&Contact, &OneContact),
-    ) -> Result<(), BelowGround> {
+    ) -> Result<(), NoTruth> {
+        let wheel = motion.wheel;
         let (hint, found) = (&mut self.hints[wheel], &mut self.found[wheel]);
         (self.setup.terrain).contacts_near(motion.centre, self.wheel_radius, hint, found);
         #[cfg(test)]
@@ -115,16 +116,15 @@ impl Ground {
         self.sum(&self.found[wheel], motion, forces, each)
     }
 
-    /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of
-    /// [`Self::act`] will meet the ground at a further place within `time`, s. On ground
+    /// Whether a wheel at the motion of the last call of [`Self::act`] will meet the ground at a further place within `time`, s. On ground
     /// without corners only a wheel in the air is asked for.
-    pub fn meets(&mut self, wheel: usize, motion: &WheelMotion, time: f64) -> bool {
-        let found = &self.found[wheel];
+    pub fn meets(&mut self, motion: &WheelMotion, time: f64) -> bool {
+        let found = &self.found[motion.wheel];
         if !self.has_corners && !found.is_empty() {
             return false;
         }
         let centre = motion.centre + motion.velocity * time;
-        let (hint, ahead) = (&mut self.hints[wheel], &mut self.ahead);
+        let (hint, ahead) = (&mut self.hints[motion.wheel], &mut self.ahead);
         (self.setup.terrain).contacts_near(centre, self.wheel_radius, hint, ahead);
         let known = |c: &Contact| found.iter().any(|f| is_same(f.normal(), c.normal()));
         !self.ahead.iter().all(known)
@@ -146,7 +146,7 @@ impl Ground {
     /// Sums the forces of given contacts of a wheel, and passes each one to `each`.
     ///
     /// # Errors
-    /// [`BelowGround`]
+    /// [`NoTruth::WheelBelowGround`]
     #[inline(always)]
     pub fn sum(
         &self,
@@ -154,7 +154,7 @@ impl Ground {
         wheel: &WheelMotion,
         sum: &mut GroundForces,
         mut each: impl FnMut(&Contact, &OneContact),
-    ) -> Result<(), BelowGround> {
+    ) -> Result<(), NoTruth> {
         // The usual case, in half the time.
         if let [contact] = found {
             let one = self.one_contact(contact, wheel)?;
@@ -212,14 +212,13 @@ impl Ground {
 
     /// Laws (10) and (11) at one contact.
     #[inline(always)]
-    fn one_contact(
-        &self,
-        contact: &Contact,
-        wheel: &WheelMotion,
-    ) -> Result<OneContact, BelowGround> {
+    fn one_contact(&self, contact: &Contact, wheel: &WheelMotion) -> Result<OneContact, NoTruth> {
         // A NaN is below the ground, too.
         let arm = Some(contact.distance).filter(|arm| *arm > 0.0);
-        let arm = arm.ok_or(BelowGround { x: wheel.centre.x })?;
+        let arm = arm.ok_or(NoTruth::WheelBelowGround {
+            wheel: wheel.wheel + 1,
+            x: wheel.centre.x,
+        })?;
         let normal = contact.normal();
         let penetration = self.wheel_radius - arm;
         let approach = -wheel.velocity.dot(&normal);
@@ -255,19 +254,18 @@ impl Ground {
         })
     }
 
-    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear), but not its spin and motor torque,
+    /// Writes the truth of a wheel, but not its spin and motor torque,
     /// which the caller knows. The last call of [`Self::act`] for the wheel gave `forces` at the
     /// same motion. A wheel without contact gets gap, slope and slip speed at the nearest ground.
     ///
     /// # Errors
-    /// [`BelowGround`]
+    /// [`NoTruth::WheelBelowGround`]
     pub fn write_truth(
         &self,
-        index: usize,
         forces: &GroundForces,
         wheel: &WheelMotion,
         truth: &mut WheelTruth,
-    ) -> Result<(), BelowGround> {
+    ) -> Result<(), NoTruth> {
         truth.position = wheel.centre;
         truth.normal_force = forces.normal_force;
         truth.traction = forces.traction;
@@ -283,7 +281,7 @@ impl Ground {
             1 => truth.contact_list.set(forces.deepest),
             _ => {
                 truth.contact_list = ContactList::default();
-                let found = &self.found[index];
+                let found = &self.found[wheel.wheel];
                 for contact in found.iter().filter(|c| !is_behind(c, found)) {
                     let one = self.one_contact(contact, wheel)?;
                     truth.contact_list.push(one.truth);

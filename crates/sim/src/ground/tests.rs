@@ -15,9 +15,9 @@ fn ground(profile: Profile, stretches: &[(f64, f64, f64)]) -> Ground {
     })
 }
 
-fn act(ground: &mut Ground, motion: &WheelMotion) -> Result<GroundForces, BelowGround> {
+fn act(ground: &mut Ground, motion: &WheelMotion) -> Result<GroundForces, NoTruth> {
     let mut forces = GroundForces::default();
-    ground.act(0, motion, &mut forces, |_, _| ())?;
+    ground.act(motion, &mut forces, |_, _| ())?;
     Ok(forces)
 }
 
@@ -25,17 +25,17 @@ fn truth_of(
     ground: &Ground,
     forces: &GroundForces,
     motion: &WheelMotion,
-) -> Result<WheelTruth, BelowGround> {
+) -> Result<WheelTruth, NoTruth> {
     let mut truth = WheelTruth::default();
-    ground.write_truth(0, forces, motion, &mut truth)?;
+    ground.write_truth(forces, motion, &mut truth)?;
     Ok(truth)
 }
 
 fn spinning(x: f64, y: f64) -> WheelMotion {
     WheelMotion {
         centre: Vec2::new(x, y),
-        velocity: Vec2::zeros(),
         spin: 10.0,
+        ..WheelMotion::default()
     }
 }
 
@@ -154,6 +154,7 @@ fn a_wheel_grips_while_one_of_its_contacts_grips() {
     let normal = (centre - edge).normalize();
     let tangent = Vec2::new(normal.y, -normal.x);
     let climbing = WheelMotion {
+        wheel: 0,
         centre,
         velocity: tangent * 0.2,
         spin: 2.0,

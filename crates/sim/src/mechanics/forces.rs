@@ -9,7 +9,7 @@ use super::kinematics::{Kinematics, State};
 use super::mass_matrix::Factorised;
 use super::model::Mechanics;
 use crate::drive::wheel_acceleration;
-use crate::error::NoForces;
+use crate::error::NoTruth;
 use crate::ground::GroundForces;
 use nalgebra::{SMatrix, Vector3, Vector4};
 use robhaz_model::{Bar, Robot, Vec2, cross};
@@ -33,14 +33,14 @@ impl Forces {
     /// Solves the equations of motion for given motor torques at the wheels, N m.
     ///
     /// # Errors
-    /// [`NoForces`]
+    /// [`NoTruth`]
     #[inline]
     pub fn solve(
         &mut self,
         mechanics: &mut Mechanics,
         kinematics: &Kinematics,
         torques: [f64; 3],
-    ) -> Result<(), NoForces> {
+    ) -> Result<(), NoTruth> {
         let state = &kinematics.state;
         let drive_torque = mechanics.drive_torque(state, torques);
         let (robot, ground) = (&mechanics.robot, &mut mechanics.ground);
@@ -51,8 +51,7 @@ impl Forces {
         for (i, drive) in drive_torque.into_iter().enumerate() {
             let motion = kinematics.wheel(i);
             let by_ground = &mut self.ground[i];
-            let found = ground.act(i, &motion, by_ground, |_, _| ());
-            found.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
+            ground.act(&motion, by_ground, |_, _| ())?;
             let axle = &kinematics.axles[i];
             axle.add_force(by_ground.force, &mut right);
             // Eq. (2), solved for the spin's acceleration and substituted in the link's equation,
@@ -62,7 +61,7 @@ impl Forces {
         self.stop_torque = stop_torque_at(robot, state);
         right[2] += self.stop_torque;
         right[3] -= self.stop_torque;
-        let factorised = m.factorised().ok_or(NoForces::Singular)?;
+        let factorised = m.factorised().ok_or(NoTruth::NoStep)?;
         self.accelerations = factorised.solve(&right);
         self.mass_matrix = Some(factorised);
         for (i, drive) in drive_torque.into_iter().enumerate() {

@@ -5,7 +5,7 @@
 //! `v = [Qx' Qy' theta_1' theta_2']` the velocity of a point is `J v`, and its acceleration is
 //! `J v' + b`; `b` is called bias here.
 
-use crate::error::NoForces;
+use crate::error::NoTruth;
 use crate::ground::WheelMotion;
 use crate::truth::BarTruth;
 use nalgebra::Vector4;
@@ -89,8 +89,8 @@ impl Kinematics {
     /// The kinematics at a state.
     ///
     /// # Errors
-    /// [`NoForces::Loop`] if the four-bar cannot close at the angles of the links.
-    pub fn new(robot: &Robot, state: &State) -> Result<Self, NoForces> {
+    /// [`NoTruth::LoopRange`] if the four-bar cannot close at the angles of the links.
+    pub fn new(robot: &Robot, state: &State) -> Result<Self, NoTruth> {
         let mut kinematics = Self::default();
         kinematics.set(&Linkage::new(&robot.geometry), state)?;
         Ok(kinematics)
@@ -100,7 +100,7 @@ impl Kinematics {
     ///
     /// # Errors
     /// As [`Self::new`]. The kinematics are then those of no state.
-    pub fn set(&mut self, linkage: &Linkage, state: &State) -> Result<(), NoForces> {
+    pub fn set(&mut self, linkage: &Linkage, state: &State) -> Result<(), NoTruth> {
         self.state = *state;
         let [w1, w2] = [state.rates[2], state.rates[3]];
         let unit = |angle: f64| {
@@ -110,7 +110,7 @@ impl Kinematics {
         let (axis1, axis2) = (unit(state.angles[0]), unit(state.angles[1]));
         let p = turned(axis1, linkage.p);
         let r = turned(axis2, linkage.r);
-        let s = linkage.dyad.s(p, r).map_err(|_| NoForces::Loop)?;
+        let s = linkage.dyad.s(p, r).map_err(|_| NoTruth::LoopRange)?;
         let (c, d) = (s - p, s - r);
         // Unit vectors along the turned x axes, from vectors whose lengths are the nominal ones.
         let axis = |nominal: Vec2, v: Vec2| Vec2::new(nominal.dot(&v), cross(nominal, v));
@@ -212,6 +212,7 @@ impl Kinematics {
     pub fn wheel(&self, wheel: usize) -> WheelMotion {
         let (state, axle) = (&self.state, &self.axles[wheel]);
         WheelMotion {
+            wheel,
             centre: state.q + axle.arm,
             velocity: axle.velocity(state),
             spin: state.omega[wheel] - axle.rate,

@@ -9,7 +9,7 @@
 use super::forces::{Forces, stop_torque_at};
 use super::kinematics::Kinematics;
 use super::model::Mechanics;
-use crate::error::{BelowGround, NoForces};
+use crate::error::NoTruth;
 use crate::ground::{Ground, GroundForces, WheelMotion};
 use nalgebra::{SMatrix, Vector3, Vector4};
 use robhaz_model::{Vec2, perp};
@@ -43,22 +43,21 @@ impl Tangents {
     /// Evaluates the derivatives at a state with its kinematics and the motor torques, N m.
     ///
     /// # Errors
-    /// [`NoForces`]
+    /// [`NoTruth`]
     pub fn evaluate(
         &mut self,
         mechanics: &mut Mechanics,
         kinematics: &Kinematics,
         torques: [f64; 3],
-    ) -> Result<(), NoForces> {
+    ) -> Result<(), NoTruth> {
         (self.forces).solve(mechanics, kinematics, torques)?;
         let (mut loads, mut spins) = (SMatrix::<f64, 4, COLUMNS>::zeros(), SMatrix::zeros());
         for wheel in 0..3 {
             let sums = (&mut loads, &mut spins);
-            let added = self.add_wheel(mechanics, kinematics, wheel, sums);
-            added.map_err(|source| NoForces::BelowGround { wheel, source })?;
+            self.add_wheel(mechanics, kinematics, wheel, sums)?;
         }
         self.add_posture(mechanics, kinematics, &mut loads)?;
-        let accelerations = self.forces.response(&loads).ok_or(NoForces::Singular)?;
+        let accelerations = self.forces.response(&loads).ok_or(NoTruth::NoStep)?;
         let mass = &mechanics.robot.mass;
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
         self.matrix.fixed_rows_mut::<4>(0).copy_from(&accelerations);
@@ -77,9 +76,9 @@ impl Tangents {
         kinematics: &Kinematics,
         wheel: usize,
         (loads, spins): (&mut SMatrix<f64, 4, COLUMNS>, &mut SMatrix<f64, 3, COLUMNS>),
-    ) -> Result<(), BelowGround> {
+    ) -> Result<(), NoTruth> {
         let motion = kinematics.wheel(wheel);
-        let slopes = slopes(&mechanics.ground, wheel, &mut self.displaced, &motion)?;
+        let slopes = slopes(&mechanics.ground, &mut self.displaced, &motion)?;
         let axle = &kinematics.axles[wheel];
         let mass = &mechanics.robot.mass;
         let share = mass.wheel_inertia / (mass.wheel_inertia + mass.rotor_inertia);
@@ -115,7 +114,7 @@ impl Tangents {
         mechanics: &Mechanics,
         kinematics: &Kinematics,
         loads: &mut SMatrix<f64, 4, COLUMNS>,
-    ) -> Result<(), NoForces> {
+    ) -> Result<(), NoTruth> {
         let here = self.residual(mechanics, kinematics);
         for link in 0..2 {
             for (column, step) in [(2 + link, POSITION_STEP), (RATES + 2 + link, VELOCITY_STEP)] {
@@ -166,11 +165,10 @@ impl Tangents {
 /// (m/s) and absolute spin (rad/s). The contacts follow the centre to first order.
 fn slopes(
     ground: &Ground,
-    wheel: usize,
     displaced: &mut Vec<Contact>,
     motion: &WheelMotion,
-) -> Result<SMatrix<f64, 3, 5>, BelowGround> {
-    let contacts = &ground.found[wheel];
+) -> Result<SMatrix<f64, 3, 5>, NoTruth> {
+    let contacts = &ground.found[motion.wheel];
     let at = |contacts: &[Contact], motion: &WheelMotion| {
         let mut sum = GroundForces::default();
         ground.sum(contacts, motion, &mut sum, |_, _| ())?;

@@ -88,12 +88,13 @@ impl Bodies {
         [Bar::Link1, Bar::Link2].map(|bar| from_rapier(self.bar(bar).center_of_mass()))
     }
 
-    /// Motion of the wheel on `bar` with its axle at `nominal` in the frame of the bar (m) and the
-    /// absolute spin `spin` (rad/s).
-    pub fn wheel_motion(&self, bar: Bar, nominal: Vec2, spin: f64) -> WheelMotion {
-        let link = self.bar(bar);
+    /// Motion of a wheel (0 front, 1 middle, 2 rear) with its absolute spin (rad/s).
+    pub fn wheel_motion(&self, geometry: &Geometry, wheel: usize, spin: f64) -> WheelMotion {
+        let link = self.bar(geometry.carriers[wheel].bar());
+        let nominal = geometry.axle_on_carrier(wheel);
         let centre = link.position().transform_point(to_rapier(nominal));
         WheelMotion {
+            wheel,
             centre: from_rapier(centre),
             velocity: from_rapier(link.velocity_at_point(centre)),
             spin,

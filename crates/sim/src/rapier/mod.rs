@@ -15,10 +15,9 @@ mod damping;
 mod joints;
 mod step_control;
 
-use crate::balance::{Balance, WheelLoad};
 use crate::drive::{Drive, DriveResponse, wheel_acceleration};
-use crate::engine::{Engine, Instant};
-use crate::error::{BelowGround, PlantError};
+use crate::engine::{Balance, Engine, Instant, WheelLoad};
+use crate::error::{NoTruth, PlantError};
 use crate::ground::{Ground, GroundForces, OneContact, WheelMotion};
 use crate::setup::{PlantSetup, StartKind};
 use crate::start::Start;
@@ -28,8 +27,6 @@ use damping::{DampedContact, Damping};
 use robhaz_model::{Bar, Robot, Vec2, WheelCommand, cross};
 use robhaz_terrain::Contact;
 use step_control::{StepControl, WheelState};
-
-pub use step_control::MOST_PARTS;
 
 /// Steps before time zero at a settled start, in which the gaps of the joints become stationary. N
 /// then changes by less than 10 uN after 100 steps.
@@ -137,7 +134,7 @@ impl RapierEngine {
         let mut loads = self.loads(time, truth.as_deref_mut())?;
         let contact_energy = loads.contact_energy;
         let knows = self.damping.begin(self.step)
-            && !(0..3).any(|i| self.ground.meets(i, &loads.motions[i], self.step));
+            && !(0..3).any(|i| self.ground.meets(&loads.motions[i], self.step));
         let control = &mut self.step_control;
         let (parts, impact) = control.divide(&loads.wheel_state, self.step, knows);
         let length = self.step / f64::from(parts);
@@ -175,19 +172,17 @@ impl RapierEngine {
         // set speed they would lead, and the robot would be ahead by its way in half a step.
         let of_velocities = time - 0.5 * self.bodies.last_step();
         for i in 0..3 {
-            let carrier = geometry.carriers[i];
             let wheel = &self.wheels[i];
-            let omega = wheel.spin + rates[carrier.index()];
-            let axle = geometry.axle_on_carrier(i);
-            let motion = self.bodies.wheel_motion(carrier.bar(), axle, wheel.spin);
-            let below = |error: BelowGround| error.at(time, i);
+            let omega = wheel.spin + rates[geometry.carriers[i].index()];
+            let motion = self.bodies.wheel_motion(geometry, i, wheel.spin);
+            let below = |why: NoTruth| why.at(time);
             let mut ground = GroundForces::default();
             let contacts = self.damping.present(i);
             let rolling = self.ground.rolling_moment(1.0, wheel.spin);
             let each = |contact: &Contact, forces: &OneContact| {
                 contacts.push(DampedContact::new(contact, forces, rolling));
             };
-            let acted = self.ground.act(i, &motion, &mut ground, each);
+            let acted = self.ground.act(&motion, &mut ground, each);
             acted.map_err(below)?;
             let planned = drive.set_speed(i, of_velocities, geometry.wheel_radius);
             let response = drive.response(self.commands[i], planned, omega, wheel.integral);
@@ -195,7 +190,7 @@ impl RapierEngine {
                 let of_wheel = &mut truth.wheels[i];
                 (of_wheel.angle, of_wheel.omega) = (wheel.angle, omega);
                 of_wheel.torque = response.torque;
-                let written = self.ground.write_truth(i, &ground, &motion, of_wheel);
+                let written = self.ground.write_truth(&ground, &motion, of_wheel);
                 written.map_err(below)?;
             }
             loads.drives[i] = response;
@@ -272,13 +267,11 @@ impl RapierEngine {
         let half = 0.5 * step;
         for i in 0..3 {
             let carrier = self.robot.geometry.carriers[i];
-            let axle = self.robot.geometry.axle_on_carrier(i);
             let spin = self.wheels[i].spin;
-            let now = self.bodies.wheel_motion(carrier.bar(), axle, spin);
+            let now = self.bodies.wheel_motion(&self.robot.geometry, i, spin);
             for (motion, rates) in [loads.motions[i], now].iter().zip(rates) {
                 let omega = motion.spin + rates[carrier.index()];
-                let load = &loads.wheels[i];
-                self.balance.add_wheel(i, load, motion, omega, half);
+                (self.balance).add_wheel(&loads.wheels[i], motion, omega, half);
             }
         }
         let opening: f64 = rates.map(|[first, second]| first - second).iter().sum();

@@ -7,13 +7,10 @@ use crate::contact::ContactLaw;
 use crate::friction::FrictionLaw;
 use crate::setup::PlantSetup;
 use crate::stability::{
-    STABLE_SHARE, largest_integral_gain, largest_slope, longest_step_for_contact,
+    MOST_PARTS, STABLE_SHARE, largest_integral_gain, largest_slope, longest_step_for_contact,
     longest_step_for_friction,
 };
 
-/// Largest number of parts of a step. An impact on an edge takes all of them: at the default step a
-/// part is 15 us, and a wheel is stopped in 75 us. Stiff laws take as many as they need.
-pub const MOST_PARTS: u32 = 13;
 /// Largest number of pieces of a part. Pieces are needed if the normal force of an impact would
 /// make the friction unstable: above 6.7 kN in 13 parts, with the default friction.
 const MOST_PIECES: u32 = 32;
@@ -57,7 +54,7 @@ impl StepControl {
         Self {
             contact: setup.contact,
             mean_load: setup.robot.mean_wheel_load(),
-            mean_penetration: setup.mean_penetration(),
+            mean_penetration: setup.contact.mean_penetration(&setup.robot),
             friction_limit: longest_step_for_friction(&steepest, &setup.robot, 1.0),
             fewest: (1..MOST_PARTS)
                 .find(|parts| is_stable(setup, step / f64::from(*parts)))

@@ -26,24 +26,7 @@ pub use spec::{ENCODER_COUNTS, Grade, ImuPlace, SensorSpec};
 
 use crate::truth::{BarTruth, Truth};
 use models::{Encoder, GivenAngle, Gyro, Inclinometer, Loss, Source, TorqueSensor, White};
-use robhaz_model::{Bar, BodyMount, BodyReading, LinkReading, Robot, Vec2};
-
-/// All readings of one sample. `None` is a lost reading.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Readings {
-    /// Time stamp of the sample, s.
-    pub time: f64,
-    /// Rotation of each wheel relative to its link since the start, rad, forward positive (motor
-    /// encoder over gear ratio).
-    pub wheel_angle: [Option<f64>; 3],
-    /// Motor torque at each wheel, N m, forward positive, from the motor's current; losses in the
-    /// gear are not subtracted.
-    pub motor_torque: [Option<f64>; 3],
-    /// Inclinometers and rate gyros on links 1 and 2, or what those in the body show of the links.
-    pub links: [LinkReading; 2],
-    /// Contact angles, rad. They do not come from a sensor: the paper assumes that they are known.
-    pub contact_angle: [Option<f64>; 3],
-}
+use robhaz_model::{Bar, BodyMount, BodyReading, LinkReading, Robot, SensorFrame, Vec2};
 
 /// Errors that are drawn once per run and sensor.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -128,13 +111,15 @@ impl Sensors {
         &self.drawn
     }
 
-    /// Readings of the next sample. Its time must be later than that of the previous one.
+    /// Readings of the next sample, those of the links by their own sensors or by those in the body; a
+    /// lost reading is missing. Motor torques are from the current: losses in the gear are not
+    /// subtracted. The time of the sample must be later than that of the previous one.
     ///
     /// With jitter, a sample is taken at a delay of sigma w (negative: early) but stamped with the
     /// nominal time; its values are extrapolated by their rates. Accelerations and the rate of the
     /// torque are differences from the previous sample over the time between (0 at the first
     /// sample). Contact angles have no jitter.
-    pub fn read(&mut self, truth: &Truth) -> Readings {
+    pub fn read(&mut self, truth: &Truth) -> SensorFrame {
         let rates = Rates::since(self.last.as_ref(), truth);
         self.last = Some(*truth);
         let delay = self.jitter.sample();
@@ -144,7 +129,11 @@ impl Sensors {
             let wheel = &truth.wheels[i];
             loss.pass(encoder.read(wheel.angle + delay * wheel.omega))
         });
-        Readings {
+        let [link1, link2] = match &mut self.body {
+            Some(body) => body.read(truth, &rates, delay, wheel_angle),
+            None => [0, 1].map(|i| links[i].read(&truth.links[i], &rates, i, delay)),
+        };
+        SensorFrame {
             time: truth.time,
             wheel_angle,
             motor_torque: [0, 1, 2].map(|i| {
@@ -153,10 +142,8 @@ impl Sensors {
                 let torque = wheel.torque + delay * rates.torque[i];
                 loss.pass(sensor.read(torque, wheel.omega))
             }),
-            links: match &mut self.body {
-                Some(body) => body.read(truth, &rates, delay, wheel_angle),
-                None => [0, 1].map(|i| links[i].read(&truth.links[i], &rates, i, delay)),
-            },
+            link1,
+            link2,
             contact_angle: [0, 1, 2].map(|i| {
                 let (angle, loss) = &mut wheels[i].contact_angle;
                 let wheel = &truth.wheels[i];

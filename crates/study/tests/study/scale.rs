@@ -5,7 +5,6 @@ use robhaz_estimator::{
     PaperMethod, SensorFrame,
 };
 use robhaz_model::{GRAVITY, Geometry, MassSet, Outline, PinStop, Pins, Robot};
-use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
 use std::path::Path;
@@ -149,7 +148,7 @@ fn estimates_scale_with_the_robot() {
     let scene = Scene::load(&path, &overrides.map(str::to_owned)).expect("a shipped scene");
     let truth = TruthRun::of(&scene).expect("a run");
     let mut sensors = scene.sensors();
-    let readings = truth.samples().map(|t| sensor_frame(&sensors.read(t)));
+    let readings = truth.samples().map(|t| sensors.read(t));
     let frames: Vec<SensorFrame> = readings.collect();
     let robot = scene.nominal_robot().expect("small errors");
     for choice in &scene.estimators {

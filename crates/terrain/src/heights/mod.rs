@@ -41,7 +41,6 @@ pub struct Heights(Arc<Data>);
 #[derive(Clone, Debug, PartialEq)]
 struct Data {
     points: Vec<Vec2>,
-    interpolation: Interpolation,
     curve: Curve,
 }
 
@@ -85,21 +84,12 @@ impl Heights {
             Interpolation::Spline => Curve::Cubic(natural_bends(&points)),
             Interpolation::Corners => Curve::Straight,
         };
-        Self(Arc::new(Data {
-            points,
-            interpolation,
-            curve,
-        }))
+        Self(Arc::new(Data { points, curve }))
     }
 
     /// The points that the ground goes through, m.
     pub fn points(&self) -> &[Vec2] {
         &self.0.points
-    }
-
-    /// How the ground goes from point to point.
-    pub fn interpolation(&self) -> Interpolation {
-        self.0.interpolation
     }
 
     /// Where the curve leaves the heights of two neighbouring points most; `None` where it never
@@ -189,9 +179,9 @@ impl Shape for Heights {
         let Some(first) = points.first() else {
             return (Vec2::zeros(), Vec::new());
         };
-        let pieces = match self.0.interpolation {
+        let pieces = match self.0.curve {
             // One polynomial to a piece, and enough edges for its bend.
-            Interpolation::Monotone | Interpolation::Spline => {
+            Curve::Quintic(_) | Curve::Cubic(_) => {
                 let gaps = points.windows(2);
                 let piece = |gap: &[Vec2]| {
                     let share = (gap[1].x - gap[0].x) / 4.0;
@@ -199,7 +189,7 @@ impl Shape for Heights {
                 };
                 gaps.map(piece).collect()
             }
-            Interpolation::Corners => {
+            Curve::Straight => {
                 let corner = |p: &Vec2| Piece::Line(Vec2::new(p.x, p.y - first.y));
                 corners(points).into_iter().map(corner).collect()
             }

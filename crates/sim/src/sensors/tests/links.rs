@@ -32,7 +32,7 @@ fn inclinometers_measure_the_specific_force() {
         };
         let expected = accelerating(k).links[0].angle + angle;
         // Rounding of a difference of velocities over 1 ms.
-        let found = readings.links[0].inclination.expect("no losses");
+        let found = readings.link1.inclination.expect("no losses");
         assert!((found - expected).abs() < 1e-12, "{found} {expected}");
     }
 }
@@ -51,7 +51,7 @@ fn inclinometers_have_a_low_pass() {
         inclination_lag: 0.02,
         ..Grade::Ideal.sensors()
     };
-    let found = values(&read(&spec, 1, 100, inclined), |r| r.links[1].inclination);
+    let found = values(&read(&spec, 1, 100, inclined), |r| r.link2.inclination);
     for (k, found) in (0..100).zip(found) {
         let expected = ANGLE * (1.0 - (-time(k) / 0.02).exp());
         // sin(angle) differs from the angle by 1e-8/6 of it, cos(angle) from 1 by 1e-8/2.
@@ -72,7 +72,7 @@ fn inclinometers_have_bias_and_white_noise() {
         ..bias
     };
     let bias = sensors(&spec, 2).drawn().inclination_bias[1];
-    let found = values(&read(&spec, 2, 50_000, at_rest), |r| r.links[1].inclination);
+    let found = values(&read(&spec, 2, 50_000, at_rest), |r| r.link2.inclination);
     let noise: Vec<f64> = found.iter().map(|v| v - bias).collect();
     assert_white(&noise, 0.001);
 }
@@ -92,20 +92,20 @@ fn gyros_have_scale_bias_walk_and_white_noise() {
     for (k, readings) in (0..50).zip(read(&spec, 4, 50, moving)) {
         let rate = moving(k).links[0].rate;
         let expected = (1.0 + drawn.rate_scale[0]) * rate + drawn.rate_bias[0];
-        assert_eq!(readings.links[0].rate, Some(expected));
+        assert_eq!(readings.link1.rate, Some(expected));
     }
     let noise = SensorSpec {
         rate_noise: 0.002,
         ..Grade::Ideal.sensors()
     };
     let readings = read(&noise, 1, 50_000, at_rest);
-    assert_white(&values(&readings, |r| r.links[0].rate), 0.002);
+    assert_white(&values(&readings, |r| r.link1.rate), 0.002);
 
     let walk = SensorSpec {
         rate_walk: 0.01,
         ..Grade::Ideal.sensors()
     };
-    let bias = values(&read(&walk, 1, 50_000, at_rest), |r| r.links[1].rate);
+    let bias = values(&read(&walk, 1, 50_000, at_rest), |r| r.link2.rate);
     let steps: Vec<f64> = bias.windows(2).map(|b| b[1] - b[0]).collect();
     assert_white(&steps, 0.01 * DT.sqrt());
 }

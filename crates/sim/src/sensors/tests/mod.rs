@@ -51,13 +51,13 @@ fn sensors(spec: &SensorSpec, seed: u64) -> Sensors {
     Sensors::new(spec, seed, &Robot::default_a())
 }
 
-fn read(spec: &SensorSpec, seed: u64, samples: u32, truth: fn(u32) -> Truth) -> Vec<Readings> {
+fn read(spec: &SensorSpec, seed: u64, samples: u32, truth: fn(u32) -> Truth) -> Vec<SensorFrame> {
     let mut sensors = sensors(spec, seed);
     (0..samples).map(|k| sensors.read(&truth(k))).collect()
 }
 
 /// Values of a channel that has no losses.
-fn values(readings: &[Readings], channel: fn(&Readings) -> Option<f64>) -> Vec<f64> {
+fn values(readings: &[SensorFrame], channel: fn(&SensorFrame) -> Option<f64>) -> Vec<f64> {
     let values = readings.iter().map(channel);
     values.collect::<Option<_>>().expect("no losses")
 }
@@ -100,16 +100,17 @@ fn assert_drawn(sigma: f64, spec: &SensorSpec, pick: fn(&DrawnErrors) -> f64) {
 fn ideal_readings_are_the_truth() {
     for (k, readings) in (0..100).zip(read(&Grade::Ideal.sensors(), 3, 100, moving)) {
         let truth = moving(k);
-        let link = |i: usize| &truth.links[i];
-        let expected = Readings {
+        let link = |i: usize| LinkReading {
+            inclination: Some(truth.links[i].angle),
+            rate: Some(truth.links[i].rate),
+            rate_error: 0.0,
+        };
+        let expected = SensorFrame {
             time: truth.time,
             wheel_angle: truth.wheels.map(|w| Some(w.angle)),
             motor_torque: truth.wheels.map(|w| Some(w.torque)),
-            links: [0, 1].map(|i| LinkReading {
-                inclination: Some(link(i).angle),
-                rate: Some(link(i).rate),
-                rate_error: 0.0,
-            }),
+            link1: link(0),
+            link2: link(1),
             contact_angle: truth.wheels.map(|w| Some(w.contact_angle)),
         };
         assert_eq!(readings, expected);
@@ -143,13 +144,13 @@ fn jitter_moves_the_instant_of_sampling() {
         let delay = (read - wheel.angle) / wheel.omega;
         delays.push(delay);
         let link = &truth.links[0];
-        let read = readings.links[0].inclination.expect("no losses");
+        let read = readings.link1.inclination.expect("no losses");
         // Rounding of the wheel angle of up to 50 rad, divided by its speed.
         assert!((read - (link.angle + delay * link.rate)).abs() < 1e-14);
         // The rates of gyro rate and torque are differences over the last millisecond, so they are
         // half a millisecond old.
         if k > 0 {
-            let read = readings.links[0].rate.expect("no losses");
+            let read = readings.link1.rate.expect("no losses");
             let expected = 0.1 * (truth.time + delay).cos();
             assert!((read - expected).abs() < 0.1 * (0.5 * DT + delay.abs()) * delay.abs() + 1e-14);
             let read = readings.motor_torque[0].expect("no losses");
@@ -170,14 +171,14 @@ fn readings_are_lost_independently() {
         dropped: 0.1,
         ..Grade::Ideal.sensors()
     };
-    let channels = |r: &Readings| {
+    let channels = |r: &SensorFrame| {
         let mut all = Vec::new();
         for three in [r.wheel_angle, r.motor_torque, r.contact_angle] {
             all.extend(three.map(|v| v.is_none()));
         }
         for two in [
-            r.links.map(|link| link.inclination),
-            r.links.map(|link| link.rate),
+            [r.link1, r.link2].map(|link| link.inclination),
+            [r.link1, r.link2].map(|link| link.rate),
         ] {
             all.extend(two.map(|v| v.is_none()));
         }
@@ -204,11 +205,11 @@ fn readings_are_lost_independently() {
 /// another channel is switched off, they keep their bits.
 #[test]
 fn switching_one_error_off_changes_no_other_channel() {
-    type Parts = fn(&Readings) -> Vec<Option<f64>>;
+    type Parts = fn(&SensorFrame) -> Vec<Option<f64>>;
     let angle: Parts = |r| r.wheel_angle.to_vec();
     let torque: Parts = |r| r.motor_torque.to_vec();
-    let inclination: Parts = |r| r.links.map(|link| link.inclination).to_vec();
-    let rate: Parts = |r| r.links.map(|link| link.rate).to_vec();
+    let inclination: Parts = |r| [r.link1, r.link2].map(|link| link.inclination).to_vec();
+    let rate: Parts = |r| [r.link1, r.link2].map(|link| link.rate).to_vec();
     let contact: Parts = |r| r.contact_angle.to_vec();
     let all = [angle, torque, inclination, rate, contact];
     let poor = Grade::Poor.sensors();
@@ -260,14 +261,14 @@ fn channels_are_uncorrelated() {
         ..Grade::Ideal.sensors()
     };
     let readings = read(&spec, 1, SAMPLES, at_rest);
-    let channels: [fn(&Readings) -> Option<f64>; 10] = [
+    let channels: [fn(&SensorFrame) -> Option<f64>; 10] = [
         |r| r.motor_torque[0],
         |r| r.motor_torque[1],
         |r| r.motor_torque[2],
-        |r| r.links[0].inclination,
-        |r| r.links[1].inclination,
-        |r| r.links[0].rate,
-        |r| r.links[1].rate,
+        |r| r.link1.inclination,
+        |r| r.link2.inclination,
+        |r| r.link1.rate,
+        |r| r.link2.rate,
         |r| r.contact_angle[0],
         |r| r.contact_angle[1],
         |r| r.contact_angle[2],
