@@ -8,7 +8,7 @@ use crate::point_table::ground_tables;
 use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
 use rayon::prelude::*;
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
 use std::slice;
 
@@ -111,10 +111,6 @@ fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
 }
 
 impl Sink for TableSink {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Always
-    }
-
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         if let Some((folder, format)) = &self.folder {
             create_folder(folder)?;

@@ -1,6 +1,6 @@
 //! Why a run stops early.
 
-use crate::sink::SinkError;
+use crate::record::SinkError;
 use robhaz_control::ControlSettingsError;
 use robhaz_scene::{ModelErrorTooLarge, PlantFailure};
 use std::error::Error;
