@@ -5,6 +5,7 @@ use miette::{Diagnostic, ReportHandler};
 use robhaz_scene::harmless;
 use std::fmt;
 use std::io::IsTerminal as _;
+use std::iter::successors;
 
 /// Columns of the lines of a file that are shown.
 const WIDTH: usize = 120;
@@ -37,15 +38,12 @@ pub fn install() {
 
 /// An error with all that belongs to it.
 fn group(error: &dyn Diagnostic) -> Group<'static> {
-    let mut group = Group::with_title(Level::ERROR.primary_title(error.to_string()));
-    group = group.elements(snippet(error));
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        group = group.element(Level::NOTE.message(error.to_string()));
-        cause = error.source();
-    }
+    let causes = successors(error.source(), |cause| (*cause).source());
     let help = error.help();
-    group.elements(help.map(|help| Level::HELP.message(help.to_string())))
+    Group::with_title(Level::ERROR.primary_title(error.to_string()))
+        .elements(snippet(error))
+        .elements(causes.map(|cause| Level::NOTE.message(cause.to_string())))
+        .elements(help.map(|help| Level::HELP.message(help.to_string())))
 }
 
 /// The lines around the place of an error.

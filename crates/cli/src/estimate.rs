@@ -3,9 +3,10 @@
 use crate::check::Checked;
 use crate::choice::{Choice, choice, choices};
 use crate::log_args::LogArgs;
+use crate::output_file::io_error;
 use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
-use miette::{IntoDiagnostic, Result, WrapErr, bail};
+use miette::{IntoDiagnostic, Result, bail};
 use robhaz_estimator::Sides;
 use robhaz_log::check::{Consistency, Finding};
 use robhaz_log::{Log, LogOptions, LogPlace};
@@ -83,8 +84,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut files = vec![(LogPlace::DESCRIPTION.to_owned(), resolved.into())];
     if let Some(path) = &args.log.sensors {
         // The user's description as it is.
-        let content = std::fs::read(path).into_diagnostic();
-        let content = content.wrap_err_with(|| format!("cannot read {}", path.display()))?;
+        let content = io_error("cannot read", path, std::fs::read(path))?;
         files.push((LogPlace::SENSORS.to_owned(), content));
     }
     let name = log.name.clone();

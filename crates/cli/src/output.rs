@@ -4,18 +4,13 @@
 //! always a complete run, and a run that broke off leaves its files in `FOLDER.partial`. With
 //! `--force` files that a run wrote are removed, and no others.
 
-use miette::{IntoDiagnostic, Report, Result, WrapErr, bail, miette};
+use crate::output_file::io_error;
+use miette::{IntoDiagnostic, Report, Result, bail, miette};
 use robhaz_log::LogPlace;
 use robhaz_record::{FigureSink, names_in};
 use robhaz_scene::harmless;
 use std::fs::{self, File};
-use std::io;
 use std::path::{Path, PathBuf};
-
-fn io_error<T>(action: &str, path: &Path, done: io::Result<T>) -> Result<T> {
-    done.into_diagnostic()
-        .wrap_err_with(|| format!("{action} {}", path.display()))
-}
 
 fn remove(folder: &Path) -> Result<()> {
     io_error("cannot remove", folder, fs::remove_dir_all(folder))

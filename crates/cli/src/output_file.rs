@@ -56,12 +56,9 @@ impl OutputFile {
             );
         }
         interrupt::listen()?;
-        let temporary = temporary(target, extension)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot write {path}"))?;
         Ok(Self {
             target: target.to_path_buf(),
-            temporary,
+            temporary: io_error("cannot write", target, temporary(target, extension))?,
             force,
         })
     }
@@ -74,9 +71,7 @@ impl OutputFile {
     /// Writes its whole content.
     pub fn write(&self, content: &str) -> Result<()> {
         let written = std::fs::write(&self.temporary, content);
-        written
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot write {}", self.target.display()))
+        io_error("cannot write", &self.target, written)
     }
 
     /// Gives the complete file its name, unless a signal came. Without `force`, a file that was
@@ -90,16 +85,17 @@ impl OutputFile {
         } else {
             self.temporary.persist_noclobber(&self.target)
         };
-        match named {
-            Ok(()) => Ok(self.target),
-            Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
-                Err(exists(&self.target))
-            }
-            Err(error) => Err(error.error)
-                .into_diagnostic()
-                .wrap_err_with(|| format!("cannot write {}", self.target.display())),
+        match named.map_err(|error| error.error) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(exists(&self.target)),
+            named => io_error("cannot write", &self.target, named).map(|()| self.target),
         }
     }
+}
+
+/// Adds what failed, and the path.
+pub fn io_error<T>(action: &str, path: &Path, done: io::Result<T>) -> Result<T> {
+    done.into_diagnostic()
+        .wrap_err_with(|| format!("{action} {}", path.display()))
 }
 
 fn exists(path: &Path) -> Report {

@@ -26,7 +26,6 @@ mod grid;
 mod log_lines;
 mod page;
 mod point_table;
-mod quantile;
 mod report;
 mod scores;
 mod study_page;

@@ -169,23 +169,21 @@ pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
     }
     // A faster channel has rows that give way, and rows before the first frame: no fault.
     let write = Some("write each row once, in order, with its own time");
-    let mut left_out = |count: u64, why: &str, remedy: Option<&'static str>| {
-        if count > 0 {
-            let (text, remedy) = (
-                format!("{count} rows {why}"),
-                remedy.filter(|_| many(count)),
-            );
-            lines.push(line("order", text, &[rows(count)], remedy));
-        }
-    };
     let again = "with the time of the row before are left out";
     let late = "earlier than the row before are left out";
     let early = "from before the first frame are left out";
-    left_out(channel.duplicates, again, write);
-    left_out(channel.late, late, write);
-    left_out(channel.before_start, early, None);
     let newer = "give way to a newer one of the same frame";
-    left_out(channel.superseded, newer, None);
+    for (count, why, remedy) in [
+        (channel.duplicates, again, write),
+        (channel.late, late, write),
+        (channel.before_start, early, None),
+        (channel.superseded, newer, None),
+    ] {
+        let remedy = remedy.filter(|_| many(count));
+        let text = format!("{count} rows {why}");
+        let left_out = line("order", text, &[rows(count)], remedy);
+        lines.extend(Some(left_out).filter(|_| count > 0));
+    }
     if let Some(why) = &channel.cut_off {
         let text = format!("CUT OFF, the last row is left out: {why}");
         let remedy = "the recording was killed, or its disk was full";

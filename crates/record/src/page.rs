@@ -14,18 +14,7 @@ use std::io;
 use std::path::Path;
 
 /// Screen and print: system fonts, tables that scroll by themselves, no scripts.
-const STYLE: &str = "
-body { font: 15px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
-.by { color: #555; margin-top: .2rem; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .25rem .6rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
-th { border-bottom: 2px solid #888; font-weight: 600; } th:first-child, td:first-child { text-align: left; }
-pre { background: #f5f5f5; padding: .8rem; overflow-x: auto; font-size: 12.5px; line-height: 1.35; }
-figure { margin: 1rem 0; } img { max-width: 100%; height: auto; } figcaption { color: #555; }
-@media print { pre { white-space: pre-wrap; } figure, tr { break-inside: avoid; } }
-";
+const STYLE: &str = include_str!("page.css");
 
 /// The page of a run, complete or broken off, or of an estimate, from its folder: what happened,
 /// errors of the estimators, all figures within the page, and the scene or description from which
@@ -113,7 +102,7 @@ pub(crate) fn document(title: &str, body: &Markup) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (title) " - robhaz" }
-                style { (PreEscaped(STYLE)) }
+                style { "\n" (PreEscaped(STYLE)) }
             }
             body { (body) }
         }

@@ -3,7 +3,6 @@
 use crate::dataset::Dataset;
 use crate::grid::wide;
 use crate::page::document;
-use crate::quantile::quantiles;
 use arrow_schema::Field;
 use maud::{Markup, html};
 
@@ -81,9 +80,22 @@ fn scores(dataset: &Dataset) -> Markup {
     }
 }
 
-/// 5 %, median and 95 % of a column for each estimator; `None` of words, or where none has a value.
+/// 5 %, median and 95 % of values in any order, linear between neighbours: type 7 of Hyndman and
+/// Fan (1996), as R and NumPy have it by default. `None` of no values.
+fn quantiles(mut values: Vec<f64>) -> Option<[f64; 3]> {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().checked_sub(1)?;
+    Some([0.05, 0.5, 0.95].map(|share| {
+        let place = share * last as f64;
+        let below = place.floor() as usize;
+        let (low, high) = (values[below], values[(below + 1).min(last)]);
+        low + (place - place.floor()) * (high - low)
+    }))
+}
+
+/// [`quantiles`] of a column for each estimator; `None` of words, or where none has a value.
 fn of_estimators(dataset: &Dataset, column: &str) -> Option<Vec<Option<[f64; 3]>>> {
-    let of = |label| quantiles(dataset.of_estimator(label, column), [0.05, 0.5, 0.95]);
+    let of = |label| quantiles(dataset.of_estimator(label, column));
     let cells: Vec<_> = dataset.estimators().into_iter().map(of).collect();
     cells.iter().any(Option::is_some).then_some(cells)
 }

@@ -3,12 +3,11 @@
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
 use crate::error::{Result, create_folder};
-
 use crate::point_table::ground_tables;
 use crate::table_file::{GROUP_ROWS, TableFile, TableFormat, start_columns, write_table};
 use arrow_array::RecordBatch;
 use rayon::prelude::*;
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
 use std::slice;
 
@@ -42,24 +41,36 @@ struct RowTable {
 impl RowTable {
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result {
         self.rows.push_all(frames);
-        match &mut self.file {
-            Some(file) if self.rows.rows() >= GROUP_ROWS => file.write(&self.rows.take()?),
-            _ => Ok(()),
+        match self.rows.rows() >= GROUP_ROWS {
+            true => self.write(),
+            false => Ok(()),
         }
+    }
+
+    /// Writes the rows so far into its file. One that does not take them is completed with those
+    /// before.
+    fn write(&mut self) -> Result {
+        let Some(mut file) = self.file.take() else {
+            return Ok(());
+        };
+        let written = self.rows.take().and_then(|rows| file.write(&rows));
+        match written {
+            Ok(()) => self.file = Some(file),
+            // The error of the rows is the one to report.
+            Err(_) => drop(file.cut_off()),
+        }
+        written
     }
 
     /// Completes its file, or returns what is in memory.
     fn finish(mut self) -> Result<Option<(String, RecordBatch)>> {
-        let Some(mut file) = self.file else {
+        if self.file.is_none() {
             let batch = self.rows.take()?;
             return Ok(Some((self.rows.table.name, batch)));
-        };
-        if let Err(error) = file.write(&self.rows.take()?) {
-            // The error of the rows is the one to report.
-            let _ = file.cut_off();
-            return Err(error);
         }
-        file.finish(false).map(|()| None)
+        self.write()?;
+        self.file
+            .map_or(Ok(None), |file| file.finish(false).map(|()| None))
     }
 }
 
@@ -82,24 +93,6 @@ impl TableSink {
     pub fn into_tables(self) -> Vec<(String, RecordBatch)> {
         self.in_memory
     }
-
-    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is
-    /// completed with the rows before.
-    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result {
-        let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
-        let written: Vec<_> = written.collect();
-        let tables = std::mem::take(&mut self.tables);
-        for (table, written) in tables.into_iter().zip(&written) {
-            match (table.file, written) {
-                (Some(file), Err(_)) => {
-                    // The error of the rows is the one to report.
-                    let _ = file.cut_off();
-                }
-                (file, _) => self.tables.push(RowTable { file, ..table }),
-            }
-        }
-        written.into_iter().collect()
-    }
 }
 
 /// What a file says of its run.
@@ -111,10 +104,6 @@ fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
 }
 
 impl Sink for TableSink {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Always
-    }
-
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         if let Some((folder, format)) = &self.folder {
             create_folder(folder)?;
@@ -138,9 +127,12 @@ impl Sink for TableSink {
     }
 
     fn frames(&mut self, frames: &[Frame<'_>]) -> Result<(), SinkError> {
-        let pushed = self.push_all(frames);
-        self.failed |= pushed.is_err();
-        Ok(pushed?)
+        // On all cores: all tables, and the first failure.
+        let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
+        let written: Vec<_> = written.collect();
+        let written: Result = written.into_iter().collect();
+        self.failed |= written.is_err();
+        Ok(written?)
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {

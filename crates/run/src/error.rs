@@ -1,9 +1,10 @@
 //! Why a run stops early.
 
-use crate::sink::SinkError;
+use crate::record::SinkError;
 use robhaz_control::ControlSettingsError;
 use robhaz_scene::{ModelErrorTooLarge, PlantFailure};
 use std::error::Error;
+use std::iter::successors;
 
 /// Largest number of truths of a run that are kept in memory: some 0.5 GB.
 pub const MOST_KEPT: u64 = 500_000;
@@ -57,11 +58,7 @@ pub enum RunError {
 
 /// An error with all its causes, in one line.
 pub fn in_one_line(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
+    let causes = successors(Some(error), |error| (*error).source());
+    let texts: Vec<String> = causes.map(ToString::to_string).collect();
+    texts.join(": ")
 }

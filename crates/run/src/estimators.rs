@@ -11,11 +11,9 @@ use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::Truth;
 use robhaz_sim::sensors::Sensors;
 
-/// Stands at the place of an estimate until it is there.
-const NOT_YET: Result<Estimate, EstimateError> = Err(EstimateError::Missing { field: "any" });
-/// The estimate of a sample without readings of both sides.
-const NO_READING: Result<WholeEstimate, EstimateError> =
-    Err(EstimateError::Missing { field: "any" });
+/// Stands at the place of an estimate until it is there, and of one of a sample without readings of
+/// both sides.
+const MISSING: EstimateError = EstimateError::Missing { field: "any" };
 
 /// The estimators of a run.
 pub struct Estimators {
@@ -72,14 +70,12 @@ impl Estimators {
         on_threads: bool,
     ) {
         let count = self.count();
-        to.resize(samples.len() * count, NOT_YET);
+        to.resize(samples.len() * count, Err(MISSING));
         wholes.clear();
         if let Some(whole) = &mut self.whole {
             for (sample, sides) in samples.iter().zip(to.chunks_mut(count)) {
-                let found = sample
-                    .both
-                    .as_ref()
-                    .map_or(NO_READING, |both| whole.update(&both.readings));
+                let both = sample.both.as_ref().ok_or(MISSING);
+                let found = both.and_then(|both| whole.update(&both.readings));
                 for (k, side) in sides.iter_mut().enumerate() {
                     *side = found.as_ref().map(|found| found.sides[k]).map_err(|e| *e);
                 }

@@ -18,29 +18,27 @@
 //! act from the next sample on. [`DrivenPlant`] is the same loop for those who need the truth
 //! alone, as the checks of [`verify`] do.
 
-mod both;
 mod clearance;
 mod description;
 mod driver;
 mod error;
 mod estimators;
-mod ground;
 mod log_report;
 mod pipeline;
-mod sink;
+mod record;
 mod source;
 mod ticker;
 pub mod verify;
 
-pub use both::{BothFrame, BothSides, BothTruth};
 pub use clearance::TruthClearance;
 pub use description::{BothDescription, EstimatorDescription, RunDescription};
 pub use driver::{DrivenPlant, Driver};
 pub use error::{MOST_KEPT, Result, RunError, in_one_line};
 pub use estimators::{Estimators, Observers};
-pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};
-pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
+pub use record::{
+    BothFrame, BothSides, BothTruth, EstimatedTerrain, Frame, RunEnd, Sink, SinkError,
+};
 pub use source::{Sample, Simulation, Source};
 pub use ticker::Ticker;
 
@@ -156,10 +154,6 @@ impl Run {
     /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
     pub fn until(mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<RunEnd> {
         begin(&self.description, sinks)?;
-        if let Some(clearance) = &mut self.work.clearance {
-            let needs = sinks.iter().map(|sink| sink.clearance_need());
-            clearance.need = needs.max().unwrap_or(ClearanceNeed::Never);
-        }
         let result = self.work(sinks, stop);
         let end = self.end(result.as_ref().err());
         if let Some(end) = &end {

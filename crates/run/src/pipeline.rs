@@ -10,13 +10,11 @@
 //! source --samples--> estimators and clearance, side by side --records--> sinks
 //! ```
 
-use crate::both::BothFrame;
 use crate::clearance::TruthClearance;
 use crate::driver::Driver;
 use crate::error::{Result, RunError};
 use crate::estimators::Estimators;
-use crate::ground::EstimatedTerrain;
-use crate::sink::Frame;
+use crate::record::{BothFrame, EstimatedTerrain, Frame};
 use crate::source::{Sample, Source};
 use crate::ticker::Ticker;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -55,9 +53,8 @@ struct Batch {
     commands: Option<[WheelCommand; 3]>,
     /// Estimates of both sides, one a sample of a log of both.
     wholes: Vec<Option<WholeEstimate>>,
-    /// Clearances of one record after the other, where a sink needs them; none for recorded
-    /// readings.
-    clearances: Vec<Option<Clearances>>,
+    /// Clearances of one record after the other; none for recorded readings.
+    clearances: Vec<Clearances>,
     /// Points of the ground that each estimator has completed.
     completed: Vec<Vec<GroundPoint>>,
     /// Points in the memory of each estimator, for the last sample; none where it does not have
@@ -221,7 +218,7 @@ impl Batch {
         let measure = || {
             let records = samples.iter().filter(|sample| sample.is_record);
             let truths = records.filter_map(|sample| sample.truth.as_ref());
-            let measured = clearance.map(|c| truths.map(|truth| c.for_sinks(truth)));
+            let measured = clearance.map(|c| truths.map(|truth| c.at(truth)));
             clearances.extend(measured.into_iter().flatten());
         };
         let (estimates, wholes) = (&mut self.estimates, &mut self.wholes);
@@ -262,7 +259,7 @@ impl Batch {
             .map(|(k, sample)| Frame {
                 time: sample.time,
                 truth: sample.truth.as_ref(),
-                clearances: clearances.next().copied().flatten(),
+                clearances: clearances.next().copied(),
                 sensors: &sample.sensors,
                 both: sample.both.as_deref().map(|sides| BothFrame {
                     sides,

@@ -1,8 +1,8 @@
 //! Sources of readings.
 
-use crate::both::BothSides;
 use crate::error::{Result, RunError};
 use crate::log_report::LogReport;
+use crate::record::BothSides;
 use robhaz_estimator::SensorFrame;
 use robhaz_model::WheelCommand;
 use robhaz_scene::{PlantFailure, Scene};

@@ -97,7 +97,6 @@ pub fn compute(
         is_pending: &|run| shard.has(run) && !finished.contains(&run),
         journal: Mutex::new(journal),
         watch,
-        failure: Mutex::new(None),
     };
     let computed = work.run(jobs, runs);
     lock(&work.journal).sync()?;
@@ -132,8 +131,6 @@ struct Work<'a> {
     is_pending: &'a (dyn Fn(u64) -> bool + Sync),
     journal: Mutex<Journal>,
     watch: &'a Watch<'a>,
-    /// The first error ends all threads.
-    failure: Mutex<Option<StudyError>>,
 }
 
 impl Work<'_> {
@@ -144,10 +141,7 @@ impl Work<'_> {
         (self.watch.begin)(runs - left, runs);
         let pool = ThreadPoolBuilder::new().num_threads(jobs).build()?;
         let truths = (0..self.study.plan.truths()).into_par_iter();
-        let computed = pool.install(|| truths.map(|truth| self.of_truth(truth)).sum::<u64>());
-        if let Some(failure) = lock(&self.failure).take() {
-            return Err(failure);
-        }
+        let computed = pool.install(|| sum(truths.map(|truth| self.of_truth(truth))))?;
         match (self.watch.stop)().filter(|_| computed < left) {
             None => Ok(computed),
             Some(cause) => Err(StudyError::Stopped {
@@ -160,57 +154,49 @@ impl Work<'_> {
     }
 
     /// Computes the pending runs of one truth. Returns how many.
-    fn of_truth(&self, truth: u64) -> u64 {
+    fn of_truth(&self, truth: u64) -> Result<u64> {
         let plan = &self.study.plan;
         let runs = || (0..plan.runs_of_truth()).map(|place| plan.run(truth, place));
         let mut pending = runs().filter(|run| (self.is_pending)(*run));
         let (Some(first), second) = (pending.next(), pending.next()) else {
-            return 0;
+            return Ok(0);
         };
-        if self.stop().is_some() {
-            return 0;
+        if (self.watch.stop)().is_some() {
+            return Ok(0);
         }
         // The truth of a single run is not kept, but for a scene, whose control may be driven by
         // another seed.
         let shared = match second.is_some() || self.study.driven().is_some() {
-            true => SharedTruth::simulate(self.study, first, &|| self.stop()),
+            true => SharedTruth::simulate(self.study, first, self.watch.stop),
             false => SharedTruth::None,
         };
         let places = (0..plan.runs_of_truth()).into_par_iter();
         let pending = places.map(|place| plan.run(truth, place));
         let pending = pending.filter(|run| (self.is_pending)(*run));
-        pending.map(|run| u64::from(self.one(run, &shared))).sum()
+        sum(pending.map(|run| self.one(run, &shared).map(u64::from)))
     }
 
     /// Whether a run was computed; otherwise it was stopped.
-    fn one(&self, run: u64, truth: &SharedTruth) -> bool {
-        let stop = || self.stop();
+    fn one(&self, run: u64, truth: &SharedTruth) -> Result<bool> {
+        let stop = self.watch.stop;
         if stop().is_some() {
-            return false;
+            return Ok(false);
         }
         let keeps = self.study.choice.tables.keeps(run);
         let tables = keeps.then(|| self.folder.tables(run));
-        let computed = single::compute(self.study, run, truth, tables.as_deref(), &stop);
-        let kept = computed.and_then(|record| {
-            let Some(record) = record else {
-                return Ok(false);
-            };
-            (self.watch.finished)(&record);
-            lock(&self.journal).append(&record)?;
-            Ok(true)
-        });
-        kept.unwrap_or_else(|error| {
-            lock(&self.failure).get_or_insert(error);
-            false
-        })
+        let record = single::compute(self.study, run, truth, tables.as_deref(), stop)?;
+        let Some(record) = record else {
+            return Ok(false);
+        };
+        (self.watch.finished)(&record);
+        lock(&self.journal).append(&record)?;
+        Ok(true)
     }
+}
 
-    fn stop(&self) -> Option<&'static str> {
-        match lock(&self.failure).is_some() {
-            true => Some("an error"),
-            false => (self.watch.stop)(),
-        }
-    }
+/// The sum of counts; after an error no further one is begun.
+fn sum(counts: impl ParallelIterator<Item = Result<u64>>) -> Result<u64> {
+    counts.try_reduce(|| 0, |a, b| Ok(a + b))
 }
 
 /// A panic of another thread leaves no half-changed value behind: all changes are single calls.

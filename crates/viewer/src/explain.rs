@@ -49,30 +49,17 @@ pub(crate) fn page(run: &RunDescription, chosen: Option<usize>, thinning: f64) -
     });
     let [series, frames] = rates(thinning).map(|rate| (10.0 * rate).round() / 10.0);
     format!(
-        "# {}\n\nRobot geometry {}, masses {}, {source}, {} s at {} Hz.\n\n\
-         - Wheels: front blue, middle vermilion, rear green, in every view.\n\
-         - Arrows at the contacts: N points into the wheel, T along the ground. T > 0 drives forward. 1 m of arrow is \
-         {:.0} N.\n\
-         {arrows}\
-         - Grey lines are the paths of the pins P, Q, R, S. The arc at Q is the range of link 1 between its \
-         end stops.\n\
-         - Ground of another colour is a friction stretch: light blue for less friction than elsewhere, red \
-         for more.\n\
-         - Time series: wide lines are true, narrow lines estimated, the narrowest are two standard \
-         deviations. A gap is a time without an estimate; needed friction mu_n = T/N also has a gap while N \
-         is below 1 N. The slip margin is the static coefficient of the ground minus |mu_n|. Contact angles \
-         are those of the ground (true), those that the estimators get (dark), and those of the \
-         estimator of the needed friction (light). With two contacts of a wheel the true N, \
-         needed friction and contact angle are those of the equivalent contact: the single contact with the same force on \
-         the axle and the same T. The arrows show both contacts.\n\
-         - Time series have {series} Hz, the animation {frames} Hz: peaks at edges are shorter than a sample. Events, \
-         and the lanes of wheels and estimators, are detected at every record.\n",
-        run.name,
-        robot.geometry_name,
-        robot.mass_name,
-        run.record.duration,
-        run.record.rate,
-        newtons_per_metre(robot.robot.mean_wheel_load()),
+        include_str!("about.md"),
+        name = run.name,
+        geometry = robot.geometry_name,
+        masses = robot.mass_name,
+        source = source,
+        duration = run.record.duration,
+        rate = run.record.rate,
+        newtons = newtons_per_metre(robot.robot.mean_wheel_load()),
+        arrows = arrows,
+        series = series,
+        frames = frames,
     )
 }
 

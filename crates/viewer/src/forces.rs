@@ -82,15 +82,15 @@ impl Forces {
         Ok(())
     }
 
-    /// Adds the arrows of a frame: true forces; and of an estimate, for each wheel whose contact
-    /// angle the estimator gets, with bars of two standard deviations.
+    /// Adds the arrows of a frame: true forces; and those of an estimate, along the contact angles
+    /// that it has, with bars of two standard deviations.
     pub(crate) fn push(&mut self, frame: &Frame<'_>, truth: &Truth) {
         // Negative for a negative force.
         let length = |force: f64| force / newtons_per_metre(self.mean_load);
         let [mut true_n, mut true_t, mut estimated_n, mut estimated_t] = [const { Vec::new() }; 4];
         let (mut bars_n, mut bars_t) = (Vec::new(), Vec::new());
         let estimator = self.estimator.as_ref();
-        let estimate = estimator.and_then(|(k, _)| Some((frame.estimates[*k].as_ref().ok()?, *k)));
+        let estimate = estimator.and_then(|(k, _)| Some((frame.estimate(*k)?, *k)));
         for (i, wheel) in truth.wheels.iter().enumerate() {
             for contact in wheel.contact_list.iter() {
                 let (point, n) = (contact.point, contact.normal);
@@ -100,13 +100,12 @@ impl Forces {
                 true_n.push((WHEELS[i], point - normal, normal));
                 true_t.push((WHEELS[i], point, t * length(contact.traction)));
             }
-            let given = frame.sensors.contact_angle[i];
-            let Some(((estimate, k), angle)) = estimate.zip(given) else {
+            let Some((estimate, k)) = estimate else {
                 continue;
             };
             let colour = by_index(k);
             let point = contact_point(wheel, self.radius);
-            let (t, n) = tangent_and_normal(angle);
+            let (t, n) = tangent_and_normal(estimate.contact_angle[i]);
             let normal = n * length(estimate.normal_force[i]);
             let traction = t * length(estimate.traction[i]);
             let (head, foot) = (point - t * BESIDE, point - n * BESIDE);

@@ -41,7 +41,6 @@ mod ground;
 mod layout;
 mod picture;
 mod program;
-mod reading;
 mod recorder;
 mod scene_view;
 mod series;
@@ -51,7 +50,6 @@ mod whole;
 mod writer;
 
 pub use error::{INSTALL, VIEWER_VERSION, ViewerError};
-pub use picture::picture;
+pub use picture::{picture, recording_end};
 pub use program::{is_installed, open};
-pub use reading::recording_end;
 pub use sink::RecordingSink;

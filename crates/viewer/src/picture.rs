@@ -1,9 +1,11 @@
-//! A picture of a recording in the viewer, as a PNG, without a screen.
+//! A picture of a recording in the viewer, as a PNG, without a screen; where a recording ends.
 
 use crate::error::{Cause, Result, ViewerError};
 use crate::program::{Started, free_port, start_error};
-use crate::reading::recording_end;
 use crate::writer::TIMELINE;
+use re_chunk::Chunk;
+use re_log_encoding::Decoder;
+use re_log_types::{LogMsg, StoreKind};
 use re_protos::common::v1alpha1::{Timeline, TimelineTime};
 use re_protos::sdk_comms::v1alpha1::viewer_control_service_client::ViewerControlServiceClient;
 use re_protos::sdk_comms::v1alpha1::{
@@ -11,6 +13,8 @@ use re_protos::sdk_comms::v1alpha1::{
 };
 use robhaz_run::Stop;
 use std::ffi::OsStr;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use tempfile::{NamedTempFile, TempPath};
@@ -234,4 +238,30 @@ fn answer<T, E: Into<Cause>>(
         request,
         source: cause.into(),
     })
+}
+
+/// Time of the newest row of a recording, s. `None`: it has no rows. A file that ends within a
+/// message, as that of a killed run, is read up to that message.
+///
+/// # Errors
+/// [`ViewerError::Io`]
+pub fn recording_end(path: &Path) -> Result<Option<f64>> {
+    let end = newest(path).map_err(ViewerError::io("read the recording", path.display()))?;
+    // Exact up to a hundred days.
+    Ok(end.map(|ns| ns as f64 * 1e-9))
+}
+
+/// Time of the newest row, ns.
+fn newest(path: &Path) -> Result<Option<i64>, Cause> {
+    let mut end: Option<i64> = None;
+    for message in Decoder::<LogMsg>::decode_eager(BufReader::new(File::open(path)?))? {
+        if let LogMsg::ArrowMsg(store, message) = message?
+            && store.kind() == StoreKind::Recording
+        {
+            let chunk = Chunk::from_arrow_msg(&message)?;
+            let newest = chunk.timelines().values().flat_map(|t| t.times_raw()).max();
+            end = end.max(newest.copied());
+        }
+    }
+    Ok(end)
 }

@@ -182,15 +182,15 @@ impl Series {
             if has_truth {
                 self.add(format!("{error}/band/{name}"), lines, move |f| {
                     f.truth?;
-                    Some(around(0.0, estimate(f, k)?.sigma_normal(i)?))
+                    Some(around(0.0, f.estimate(k)?.sigma_normal(i)?))
                 });
             } else {
                 self.add(format!("{normal}/band/{name}"), lines.clone(), move |f| {
-                    let e = estimate(f, k)?;
+                    let e = f.estimate(k)?;
                     Some(around(e.normal_force[i], e.sigma_normal(i)?))
                 });
                 self.add(format!("{traction}/band/{name}"), lines, move |f| {
-                    let e = estimate(f, k)?;
+                    let e = f.estimate(k)?;
                     Some(around(e.traction[i], e.sigma_traction(i)?))
                 });
             }
@@ -214,7 +214,7 @@ impl Series {
         let name = &run.estimators[k].label;
         let lines = of_all_wheels(None, Some(name), "deg");
         self.add("contact_angle/estimated", lines, move |f| {
-            let angles = estimate(f, k).map_or([f64::NAN; 3], |e| e.contact_angle);
+            let angles = f.estimate(k).map_or([f64::NAN; 3], |e| e.contact_angle);
             Some(angles.map(f64::to_degrees).into())
         });
         let edges = ["+", "-"].map(|sign| {
@@ -222,7 +222,7 @@ impl Series {
             of_each_wheel(&name, light, EDGE)
         });
         self.add("contact_angle/estimated/band", edges.concat(), move |f| {
-            let estimate = estimate(f, k)?;
+            let estimate = f.estimate(k)?;
             let sigmas = estimate.kalman.as_ref()?.contact_angle_sigma;
             let edge = |sign: f64| {
                 let edges = estimate.contact_angle.iter().zip(sigmas);
@@ -239,7 +239,7 @@ impl Series {
             let ratio = |c: EquivalentContact| needed_friction(c.traction, c.normal_force);
             let of = |e: &Estimate, i| estimated_needed_friction(e, i).map(|needed| needed.0);
             let estimated = chosen.map(|k| {
-                let estimate = estimate(f, k);
+                let estimate = f.estimate(k);
                 [0, 1, 2].map(|i| estimate.and_then(|e| of(e, i)).unwrap_or(f64::NAN))
             });
             let truth = true_lines(truth, f, ratio).into_iter();
@@ -272,7 +272,7 @@ impl Series {
             let of = |k: usize| [0, 1].map(|j| line(&*names[j], by_index(k + j), NARROW));
             let lines = chosen.into_iter().flat_map(of);
             self.add(format!("residual/{entity}"), lines.collect(), move |f| {
-                let estimate = estimate(f, chosen?);
+                let estimate = f.estimate(chosen?);
                 let residual = |row: usize| estimate.map_or(f64::NAN, |e| e.residual[row]);
                 Some(vec![residual(first), residual(first + 1)])
             });
@@ -284,16 +284,11 @@ impl Series {
             self.add(format!("parity/{name}"), lines, move |f| {
                 // Without a covariance the residual has no standard deviation. The residual of eq.
                 // (8) shows its value.
-                let parity = estimate(f, k).filter(|e| e.kalman.is_some())?.parity?;
+                let parity = f.estimate(k).filter(|e| e.kalman.is_some())?.parity?;
                 Some([vec![parity.value], around(0.0, parity.sigma)].concat())
             });
         }
     }
-}
-
-/// The estimate of the estimator with an index, if it has one.
-fn estimate<'a>(frame: &Frame<'a>, index: usize) -> Option<&'a Estimate> {
-    frame.estimates.get(index)?.as_ref().ok()
 }
 
 /// Lines of N or T of all estimators.

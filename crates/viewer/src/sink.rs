@@ -7,7 +7,7 @@ use crate::recorder::{Recorder, Recording};
 use crate::target::Target;
 use crate::whole::WholeRecorder;
 use crate::writer::Writer;
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError, Ticker};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError, Ticker};
 use std::error::Error as _;
 use std::ffi::OsStr;
 use std::path::Path;
@@ -115,10 +115,6 @@ impl RecordingSink {
 }
 
 impl Sink for RecordingSink {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::AtChanges
-    }
-
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let used = || ViewerError::Used(self.destination.clone());
         let target = self.target.take().ok_or_else(used)?;

@@ -4,7 +4,6 @@ use super::estimate::{contacts, weight};
 use super::{Source, Table, WHEEL};
 use robhaz_estimator::whole::TipLine;
 use robhaz_model::Coupling;
-use robhaz_run::BothDescription;
 
 /// The sides in the order of the wheels.
 const SIDES: [&str; 2] = ["left", "right"];
@@ -19,15 +18,8 @@ fn wheel(i: usize) -> (String, String) {
 }
 
 impl Table {
-    /// The tables of a log of both sides: `sensors` and `estimate-NAME`.
-    pub(super) fn of_both(run: &BothDescription) -> Vec<Self> {
-        vec![
-            Self::sensors_of_both(run.coupling),
-            Self::estimate_of_both(&run.label),
-        ]
-    }
-
-    fn sensors_of_both(coupling: Coupling) -> Self {
+    /// `sensors` of both sides.
+    pub(super) fn sensors_of_both(coupling: Coupling) -> Self {
         let mut table = Self::new("sensors");
         for i in 0..6 {
             let (start, of) = wheel(i);

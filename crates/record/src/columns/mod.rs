@@ -138,7 +138,8 @@ impl Table {
     /// readings, and one for each estimator; of a log of both sides `sensors` and one estimate.
     pub fn all(run: &RunDescription) -> Vec<Self> {
         if let Some(both) = &run.both {
-            return Self::of_both(both);
+            let sensors = Self::sensors_of_both(both.coupling);
+            return vec![sensors, Self::estimate_of_both(&both.label)];
         }
         let truth = run.world.as_ref().map(|_| Self::truth());
         let estimators = run.estimators.iter().enumerate();

@@ -10,9 +10,7 @@ use super::parts::{
 use crate::error::{RecordError, Result};
 use crate::estimated_terrain::compared;
 use robhaz_estimator::{Channels, Estimate, TorqueScale};
-use robhaz_run::{
-    ClearanceNeed, EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError,
-};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{Agreement, Excuse, GroundErrors, Inclusion, ProgressMeter, Rule, Score};
@@ -210,10 +208,6 @@ impl SummarySink {
 }
 
 impl Sink for SummarySink {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::AtChanges
-    }
-
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let compare_from = run.record.compare_from;
         let rule = Rule { compare_from };

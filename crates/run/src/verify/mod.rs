@@ -147,7 +147,7 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     let gap = truth.iter().map(|t| t.loop_error).fold(0.0, f64::max);
     let beyond = beyond_the_laws(scene, truth);
     let mut meter = TruthClearance::of(scene);
-    let clearances = truth.iter().filter_map(|t| meter.at_change(t));
+    let clearances = truth.iter().map(|t| meter.at(t));
     let (bar, clearance) = clearances.fold((Bar::Body, f64::INFINITY), |least, found| {
         let found = found.least;
         if found.1 < least.1 { found } else { least }

@@ -68,13 +68,10 @@ fn clearances_are_those_of_a_full_search() -> Outcome<()> {
     for scene in scenes()? {
         let terrain = scene.terrain.build(&scene.robot.robot);
         let mut full = ClearanceMeter::new(&scene.robot.robot.geometry, terrain);
-        let (mut always, mut changes) = (TruthClearance::of(&scene), TruthClearance::of(&scene));
-        // Of all records, and of those that are not left out.
-        let (mut least, mut least_found) = (f64::INFINITY, f64::INFINITY);
-        let mut touching_found = [false; 4];
+        let mut meter = TruthClearance::of(&scene);
         for (k, truth) in truths(&scene)?.iter().enumerate() {
-            let found = always.at(truth);
-            let change = changes.at_change(truth);
+            let found = meter.at(truth);
+            assert!(found.least.1.is_finite());
             if k % EVERY == 0 {
                 let each = full.measure_each(&places(truth));
                 let expected = Clearances::of(each);
@@ -89,18 +86,8 @@ fn clearances_are_those_of_a_full_search() -> Outcome<()> {
                 );
                 assert_eq!(found.touching, expected.touching, "{each:?}");
             }
-            // No record that was left out has a new least or a change of touch: to the bit.
-            least = least.min(found.least.1);
-            let touching = found.touching.map(|touches| touches == Some(true));
-            if let Some(change) = change {
-                least_found = least_found.min(change.least.1);
-                touching_found = change.touching.map(|touches| touches == Some(true));
-            }
-            assert_eq!(least.to_bits(), least_found.to_bits(), "{} {k}", scene.name);
-            assert_eq!(touching, touching_found, "{} {k}", scene.name);
             touches += usize::from(found.touches());
         }
-        assert!(least.is_finite());
     }
     // The robot as it is clears all grounds: the thick one makes the other case.
     assert!(touches > 100, "{touches}");

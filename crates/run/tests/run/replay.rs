@@ -4,8 +4,7 @@
 
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_run::{
-    ClearanceNeed, Frame, Run, RunDescription, RunEnd, RunError, Sample, Sink, SinkError, Source,
-    run,
+    Frame, Run, RunDescription, RunEnd, RunError, Sample, Sink, SinkError, Source, run,
 };
 use robhaz_scene::{Grade, Scene, SensorChoice};
 use std::cell::Cell;
@@ -46,10 +45,6 @@ struct Kept {
 }
 
 impl Sink for Kept {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Always
-    }
-
     fn begin(&mut self, _: &RunDescription) -> Result<(), SinkError> {
         Ok(())
     }

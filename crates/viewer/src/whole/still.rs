@@ -86,18 +86,9 @@ pub(super) fn page(rover: &WholeRover, run: &RunDescription) -> String {
         false => "",
     };
     format!(
-        "# {}\n\n\
-         Six wheels of a rover with both sides, from readings. Front wheels are blue, middle ones \
-         vermilion, rear ones green.\n\n\
-         - 3-D, m: an arrow beside each contact is N and T together, {:.0} N a metre. The bar at its \
-         tip is two standard deviations of N to both sides. Axial forces are not drawn.\n\
-         - Where the rover is follows from its wheels' turning and its yaw rate: slip and drift add \
-         up. Lines on the ground are the tracks of the wheels.\n\
-         - N and T of the left and the right wheels; thin lines are two standard deviations. \
-         Attitude: inclination (purple), roll (amber).\n\
-         - Tip margin: load off the line about which the rover would tip first, over that on level \
-         ground; at 0 it tips. Axial share: mean axial force of a wheel over its N.\n{truth}",
-        run.name,
-        rover.mean_wheel_load() / MEAN_LOAD_LENGTH,
+        include_str!("about.md"),
+        name = run.name,
+        newtons = rover.mean_wheel_load() / MEAN_LOAD_LENGTH,
+        truth = truth,
     )
 }

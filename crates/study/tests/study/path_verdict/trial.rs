@@ -144,6 +144,5 @@ impl Trial {
 
 /// Whether a bar touches the ground.
 fn touches(meter: &mut TruthClearance, truth: &Truth) -> bool {
-    let found = meter.at_change(truth);
-    found.is_some_and(|clearances| clearances.touches())
+    meter.at(truth).touches()
 }

@@ -1,10 +1,9 @@
-//! Receivers of a run's records.
+//! The records of a run, and their receivers.
 
-use crate::both::BothFrame;
 use crate::description::RunDescription;
-use crate::ground::EstimatedTerrain;
 use crate::log_report::LogReport;
 use robhaz_control::FrictionTestResult;
+use robhaz_estimator::whole::{WholeEstimate, WholeFrame};
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
@@ -18,8 +17,7 @@ pub struct Frame<'a> {
     pub time: f64,
     /// The simulated truth. `None` for recorded readings.
     pub truth: Option<&'a Truth>,
-    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings, and
-    /// where no sink of the run needs it: see [`Sink::clearance_need`].
+    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings.
     pub clearances: Option<Clearances>,
     /// The readings of the sensors.
     pub sensors: &'a SensorFrame,
@@ -47,6 +45,66 @@ impl<'a> Frame<'a> {
             Some(both) => both.sides.truth.as_ref().map_or(&[], |t| &t.sides),
             None => self.truth.map_or(&[], std::slice::from_ref),
         }
+    }
+}
+
+/// Readings of both sides at one instant.
+#[derive(Clone, Debug)]
+pub struct BothSides {
+    /// The readings.
+    pub readings: WholeFrame,
+    /// The truth, where the log has a table of it.
+    pub truth: Option<BothTruth>,
+}
+
+/// True forces of both sides, left and right.
+#[derive(Clone, Copy, Debug)]
+pub struct BothTruth {
+    /// N and T of the wheels of each side; N in the wheels' planes where it is known, else along the
+    /// ground's normal.
+    pub sides: [Truth; 2],
+    /// N along the ground's normal, N.
+    pub normal_force: [f64; 6],
+    /// N in the planes of the wheels, N, where it is known.
+    pub in_plane: Option<[f64; 6]>,
+}
+
+/// What a record of a log of both sides has beside what its sides have. Their estimates are those
+/// of the two estimators of the run, left and right.
+#[derive(Clone, Copy, Debug)]
+pub struct BothFrame<'a> {
+    /// Readings and truth.
+    pub sides: &'a BothSides,
+    /// The estimate; `None` where there is none.
+    pub estimate: Option<&'a WholeEstimate>,
+}
+
+/// The ground as the estimators of a run know it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EstimatedTerrain<'a> {
+    /// The points in the memory of each.
+    pub(crate) memory: &'a [Vec<GroundPoint>],
+    /// The points that each has completed.
+    pub(crate) completed: &'a [Vec<GroundPoint>],
+}
+
+impl<'a> EstimatedTerrain<'a> {
+    /// Points that left the memory of an estimator since the last record, in their final form: see
+    /// [`robhaz_estimator::Estimator::completed_ground`]. Without a control some records share
+    /// them: the last one has them.
+    pub fn completed(&self, estimator: usize) -> &'a [GroundPoint] {
+        self.completed.get(estimator).map_or(&[], Vec::as_slice)
+    }
+
+    /// Whether this record has the points in memory: one in 0.2 s has them.
+    pub const fn has_memory(&self) -> bool {
+        !self.memory.is_empty()
+    }
+
+    /// Points in the memory of an estimator: see [`robhaz_estimator::Estimator::ground`]. None where
+    /// [`Self::has_memory`] is false.
+    pub fn in_memory(&self, estimator: usize) -> &'a [GroundPoint] {
+        self.memory.get(estimator).map_or(&[], Vec::as_slice)
     }
 }
 
@@ -86,28 +144,11 @@ impl RunEnd {
     }
 }
 
-/// At which records a sink needs the clearance of body and links.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ClearanceNeed {
-    /// At none.
-    Never,
-    /// Where it is less than at all records before, and where a bar touches the ground or leaves
-    /// it: much cheaper than always.
-    AtChanges,
-    /// At every record.
-    Always,
-}
-
 /// Why a sink cannot go on, for the user.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
 /// A receiver of records: tables, figures, a recording, a progress bar. It never calls back.
 pub trait Sink {
-    /// At which records [`Frame::clearances`] must be there. Asked before the first record.
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Never
-    }
-
     /// Called before the first record.
     ///
     /// # Errors
