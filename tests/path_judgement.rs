@@ -175,7 +175,7 @@ fn the_command_says_why() {
     let (_, stdout, _) = run(&[out.as_slice(), &["--force"]].concat());
     assert!(stdout.contains("NO-GO"), "{stdout}");
     for (arguments, expected) in [
-        (["--mu", "0"], "--mu) is 0"),
+        (["--mu", "-0.1"], "--mu) is -0.1"),
         (["--mu-sigma", "-1"], "--mu-sigma) is -1"),
         (["--distance", "-1"], "--distance) is -1"),
         (["--set", "terrain.kind=flat"], "there is no path ahead"),

@@ -278,7 +278,7 @@ fn mistakes_in_a_study_name_their_place() {
         ),
         (
             "tables = [7]\n[[axis]]\nkey = \"seed\"\ncount = 2\n",
-            "study.toml:1",
+            "study.toml:2: tables",
             "found run 7, allowed: 0 to 1",
         ),
         (

@@ -79,7 +79,7 @@ impl Tractions {
 /// Distance behind the profile that the rear wheel travels, over the wheel radius.
 const BEHIND: f64 = 2.0;
 /// Largest friction coefficient and standard deviation, -.
-pub(crate) const LARGEST_MU: f64 = 5.0;
+pub(crate) const LARGEST_MU: f64 = 10.0;
 /// Longest path, m.
 const LONGEST: f64 = 1e3;
 
@@ -92,16 +92,16 @@ impl PathSetup {
         let refused = |text: String| Err(PathError(text));
         // In this form the conditions refuse NaN as well.
         if let Some(mu) = options.mu
-            && !(mu > 0.0 && mu <= LARGEST_MU)
+            && !(0.0..=LARGEST_MU).contains(&mu)
         {
             return refused(format!(
-                "the mean of the friction coefficient (--mu) is {mu}; it must be above 0 and at most 5"
+                "the mean of the friction coefficient (--mu) is {mu}; it must be 0 to {LARGEST_MU}"
             ));
         }
         let sigma = options.mu_sigma;
         if !(0.0..=LARGEST_MU).contains(&sigma) {
             return refused(format!(
-                "the standard deviation of the friction coefficient (--mu-sigma) is {sigma}; it must be 0 to 5"
+                "the standard deviation of the friction coefficient (--mu-sigma) is {sigma}; it must be 0 to {LARGEST_MU}"
             ));
         }
         let speed = scene.drive.speed;
@@ -111,6 +111,14 @@ impl PathSetup {
             ));
         }
         let robot = &scene.robot.robot;
+        let fastest = (scene.drive.torque_limit - scene.drive.gear_friction)
+            / scene.drive.viscous_damping
+            * robot.geometry.wheel_radius;
+        if options.drive != DriveKind::Ideal && speed >= fastest {
+            return refused(format!(
+                "drive.speed is {speed} m/s; it must be below {fastest:.2} m/s, where damping and gear friction take all of drive.torque_limit"
+            ));
+        }
         let terrain = scene.terrain.build(robot);
         let distance = match options.distance {
             Some(distance) if distance > 0.0 && distance <= LONGEST => distance,

@@ -8,7 +8,7 @@ use crate::text_table::{TextRow, TextTable, decimal, name_and_unit};
 
 /// Largest number of points of a track.
 const MOST_POINTS: usize = 2_000_000;
-/// Largest magnitude of a coordinate, m.
+/// Largest magnitude of x, and of a height above the first one, m.
 const FARTHEST: f64 = 1000.0;
 
 /// The first problem of a track: what was found, and what is allowed.
@@ -182,6 +182,8 @@ struct Coordinate {
     index: usize,
     /// Units in a metre, where the header gives them.
     per_metre: Option<f64>,
+    /// That from which lengths count, m.
+    first: Option<f64>,
     grouping: Grouping,
 }
 
@@ -237,13 +239,20 @@ impl Columns {
             Ok(Coordinate {
                 index,
                 per_metre: names.get(index).map_or(Ok(None), |name| unit_of(name))?,
+                first: None,
                 grouping: Grouping::default(),
             })
+        };
+        let [x, height] = [coordinate(x)?, coordinate(height)?];
+        // x counts from where the robot starts.
+        let x = Coordinate {
+            first: Some(0.0),
+            ..x
         };
         Ok(Self {
             is_header,
             count,
-            of: [coordinate(x)?, coordinate(height)?],
+            of: [x, height],
             names,
             decimals: Decimals::default(),
         })
@@ -285,21 +294,22 @@ impl Columns {
 impl Coordinate {
     /// The length in a cell, m.
     fn length(&mut self, decimals: &mut Decimals, cell: &str, line: u64) -> Result<f64, String> {
-        let range = || format!("{NUMBER}, from -1000 m to 1000 m");
         let (number, per_metre) = match self.per_metre {
             Some(per_metre) => (cell, per_metre),
             None => with_unit(cell).unwrap_or((cell, 1.0)),
         };
-        let value = decimals
-            .read(number, line)
-            .map_err(|allowed| match allowed == NUMBER {
-                true => range(),
-                false => allowed,
-            })?;
+        let value = decimals.read(number, line)?;
         self.grouping.take(number, value, line);
         let length = value / per_metre;
-        let is_near = length.is_finite() && length.abs() <= FARTHEST;
-        is_near.then_some(length).ok_or_else(range)
+        if !length.is_finite() {
+            return Err(NUMBER.to_owned());
+        }
+        let first = *self.first.get_or_insert(length);
+        let is_near = (length - first).abs() <= FARTHEST;
+        is_near.then_some(length).ok_or_else(|| {
+            let [low, high] = [first - FARTHEST, first + FARTHEST];
+            format!("from {low} m to {high} m: x counts from where the robot starts, a height from the first one")
+        })
     }
 }
 

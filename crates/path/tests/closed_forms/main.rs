@@ -408,7 +408,7 @@ fn bad_options_are_refused() {
         assert!(text.contains(words), "{text}");
     };
     let refuse = |text: &str, options, words: &str| refused(setup(text, &[], options), words);
-    refuse("", with_mu(0.0), "(--mu) is 0;");
+    refuse("", with_mu(10.5), "(--mu) is 10.5;");
     refuse("", with_mu(-0.3), "(--mu) is -0.3;");
     refuse("", with_mu(f64::NAN), "(--mu) is NaN;");
     let sigma = Options {
@@ -423,6 +423,13 @@ fn bad_options_are_refused() {
     refuse("", distance, "(--distance) is 0 m;");
     let flat = "[terrain]\nkind = \"flat\"\n";
     refuse(flat, Options::default(), "no path ahead");
+    // 0.15 N m s and 10 N m: 66.7 rad/s on wheels of 0.1 m.
+    let fast = "[drive]\nspeed = 7\n";
+    let driven = Options {
+        drive: DriveKind::Speed,
+        ..Options::default()
+    };
+    refuse(fast, driven, "below 6.67 m/s");
     let still = setup(
         &kerb(0.05),
         &["drive.speed=0"],

@@ -16,8 +16,12 @@ pub fn report(reader: &mut Reader, table: &Node, path: &str, (key, message): Fau
 /// A part in words, its mass, kg, and its size, m.
 type Part = (&'static str, f64, f64);
 
-/// The key under `robot.mass` of an inertia beyond the mass of its part times the square of its size, and why.
-pub(crate) fn too_large(robot: &Robot) -> Option<Fault> {
+/// Inertia of a wheel with its rotor over mass and radius squared: a disc has a half, and none is all hub.
+const LEAST_OF_WHEEL: f64 = 0.05;
+
+/// The key under `robot.mass` of an inertia beyond the mass of its part times the square of its size, or of a wheel that has
+/// next to none, and why.
+pub(crate) fn impossible(robot: &Robot) -> Option<Fault> {
     let (mass, size) = (&robot.mass, size(robot));
     let body = ("the body", mass.body, size);
     let wheel = ("a wheel", mass.wheel, robot.geometry.wheel_radius);
@@ -31,7 +35,16 @@ pub(crate) fn too_large(robot: &Robot) -> Option<Fault> {
     ];
     let links = mass.link_inertias.into_iter().zip(mass.links);
     let links = links.map(|(found, mass)| ("link_inertias", found, ("a link", mass, size)));
-    own.into_iter().chain(links).find_map(beyond)
+    let too_large = own.into_iter().chain(links).find_map(beyond);
+    too_large.or_else(|| {
+        let (_, own, radius) = wheel;
+        let (least, found) = (LEAST_OF_WHEEL * own * radius * radius, mass.wheel_inertia + mass.rotor_inertia);
+        let message = || format!(
+            "with rotor_inertia {found} kg m^2 is less than {} kg m^2, a twentieth of the mass of a wheel, {own} kg, times {radius} m squared; the unit is kg m^2",
+            rounded(least)
+        );
+        (found < least).then(|| ("wheel_inertia", message()))
+    })
 }
 
 /// The same of a key under `robot.across`.
@@ -86,7 +99,7 @@ mod tests {
     #[test]
     fn centimetres_are_found() {
         let robot = Robot::default_a();
-        assert_eq!(too_large(&robot), None);
+        assert_eq!(impossible(&robot), None);
         type Inertia = fn(&mut Robot) -> &mut f64;
         let change: [(&str, Inertia); 4] = [
             ("body_inertia", |r| &mut r.mass.body_inertia),
@@ -97,9 +110,15 @@ mod tests {
         for (key, inertia) in change {
             let mut other = robot.clone();
             *inertia(&mut other) *= 1e4;
-            let (found, message) = too_large(&other).expect("too large");
+            let (found, message) = impossible(&other).expect("too large");
             assert_eq!(found, key);
             assert!(message.contains("kg cm^2 are"), "{message}");
         }
+        let mut other = robot;
+        (other.mass.wheel_inertia, other.mass.rotor_inertia) = (1e-6, 1e-6);
+        assert_eq!(
+            impossible(&other).map(|(key, _)| key),
+            Some("wheel_inertia")
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! `[robot]` as a whole: whether the robot can stand.
 
 use crate::robot::choice::{RobotChoice, SuspensionKind};
-use crate::robot::fault::{report, too_large};
+use crate::robot::fault::{impossible, report};
 use crate::robot::keys::{GEOMETRY_PART, KEYS, MASS_PART};
 use robhaz_keys::prelude::*;
 use robhaz_model::{Bar, StanceError};
@@ -37,7 +37,7 @@ fn check_stance(reader: &mut Reader, section: &Node, robot: &RobotChoice) {
         }
         return;
     }
-    if let Some(fault) = too_large(&robot.robot) {
+    if let Some(fault) = impossible(&robot.robot) {
         if let Some((_, masses, path)) = MASS_PART.content(reader, section.get("mass")) {
             report(reader, &masses, path, fault);
         }

@@ -122,27 +122,29 @@ fn read(reader: &mut Reader, root: &Node, text: &str, source_name: &str) -> Stud
     if let Some((origin, message)) = problem {
         reader.push(Problem::at(origin, "draw", message.to_owned()));
     }
-    if let Some(message) = too_many(&study) {
-        reader.push(Problem::at(&root.origin, "", message).whole());
+    if let Some((key, message)) = too_many(&study) {
+        let node = root.find(key).unwrap_or(root);
+        reader.push(Problem::at(&node.origin, key, message).whole());
     }
     study
 }
 
-/// A message where a study has too many runs, or keeps tables of runs that it does not have.
-fn too_many(study: &StudyChoice) -> Option<String> {
+/// Key and message where a study has too many runs, or keeps tables of runs that it does not have.
+fn too_many(study: &StudyChoice) -> Option<(&'static str, String)> {
     let lengths = study.axes.iter().filter_map(Axis::length);
     let samples = study.draws.iter().map(|draws| draws.count);
     let runs = lengths.chain(samples).try_fold(1_u64, u64::checked_mul);
     let allowed = format!("allowed: a product of the axes of at most {MOST_RUNS} runs");
     match (runs, &study.tables) {
-        (None, _) => Some(format!("found more than 2^64 runs, {allowed}")),
-        (Some(runs), _) if runs > MOST_RUNS => Some(format!("found {runs} runs, {allowed}")),
+        (None, _) => Some(("", format!("found more than 2^64 runs, {allowed}"))),
+        (Some(runs), _) if runs > MOST_RUNS => Some(("", format!("found {runs} runs, {allowed}"))),
         (Some(runs), StudyTables::Runs(kept)) => {
             let beyond = kept.iter().find(|run| **run >= runs)?;
-            Some(format!(
-                "tables: found run {beyond}, allowed: 0 to {} (the study has {runs} runs)",
+            let message = format!(
+                "found run {beyond}, allowed: 0 to {} (the study has {runs} runs)",
                 runs - 1
-            ))
+            );
+            Some(("tables", message))
         }
         _ => None,
     }
