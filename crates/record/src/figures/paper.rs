@@ -66,7 +66,7 @@ pub fn linkage(run: &RunTraces) -> Page {
     };
     page(
         run,
-        "Position of the linkage's pins (the paper's Fig. 5)",
+        "Position of the linkage's pins (as the paper's Fig. 5)",
         "in world axes, measured from pin Q".to_owned(),
         key(run, &names(run), &[LINKAGE], false),
         Scale::Own,
@@ -97,7 +97,7 @@ pub fn forces(run: &RunTraces) -> Page {
     let banded = all.iter().flatten().any(|e| has_band(e));
     page(
         run,
-        "Force distribution over the wheels (the paper's Fig. 6)",
+        "Force distribution over the wheels (as the paper's Fig. 6)",
         "normal forces and tractions".to_owned(),
         key(run, &names(run), &WHEELS, banded),
         Scale::Common,

@@ -233,7 +233,7 @@ fn figure_of(estimator: &EstimatorDescription) -> (String, String) {
     let label = &estimator.label;
     let lumped = |figure: u32, to: &str| {
         let title = "Normal forces, linkage mass lumped to the";
-        let title = format!("{title} {to} (the paper's Fig. {figure})");
+        let title = format!("{title} {to} (as the paper's Fig. {figure})");
         (format!("fig{figure}_{label}"), title)
     };
     if is_preset(estimator, EstimatorSettings::paper_body()) {
