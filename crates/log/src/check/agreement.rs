@@ -11,6 +11,7 @@ use robhaz_score::signals::deviation;
 
 pub const TEST: &str = "agreement of all";
 pub const TORQUE_SCALE: &str = "scale of torques, mass";
+pub const GEARS: &str = "efficiency of the gears";
 const CHANNEL: &str = "all";
 /// Deviations by which a ratio of the torques is beyond 0, and beyond 1, if it is a scale: 0.1 % by chance.
 const SCALE: f64 = 3.0;
@@ -88,7 +89,7 @@ fn gears(part: &[SensorFrame], stated: &Stated<'_>) -> Option<Finding> {
             "driving and braking torques fit gears of an efficiency of {best:.1}; stated is {own:.2} (contradiction {least:.1} in place of {as_stated:.1})"
         );
         let remedy = format!("state drive.gear_efficiency = {best:.1}, for torques before the gears: currents times torque_constant and gear_ratio");
-        Finding::ok("efficiency of the gears", "torques 1 to 3", figure)
+        Finding::ok(GEARS, "torques 1 to 3", figure)
             .with("efficiency", best, "-")
             .fault(remedy)
     })

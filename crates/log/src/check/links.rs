@@ -363,7 +363,15 @@ pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
     // A rate that is made of the angle of a joint follows it as its filter does.
     let of_link = |frame: &SensorFrame, k: usize| [frame.link1, frame.link2][k].rate_error;
     let is_read = |k: &usize| log.frames.iter().all(|frame| of_link(frame, *k) <= 0.0);
-    let of_link = |k: usize| delay_of(log, &changes, k);
+    let of_link = |k: usize| {
+        let finding = delay_of(log, &changes, k);
+        let [delay, sigma] = ["delay", "deviation"].map(|name| finding.number(name).unwrap_or(0.0));
+        let is_certain = delay > 0.0 || delay < -CERTAIN_BESIDE * sigma;
+        finding.unless(
+            log.has_other_side() && !is_certain,
+            "the robot turns on ground that is inclined across, which shows in the gyroscopes of links: record a drive straight on",
+        )
+    };
     [0, 1].into_iter().filter(is_read).map(of_link).collect()
 }
 
@@ -379,6 +387,9 @@ fn leave_out_starts(changes: &mut Changes, recording: &Recording) {
         }
     }
 }
+
+/// Deviations of a delay of a gyroscope of one side of two: turns disturb it.
+const CERTAIN_BESIDE: f64 = 5.0;
 
 /// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that
 /// measure the specific force: that of Q. 0 near the ends of the log, where it is not known.

@@ -40,7 +40,8 @@ const STARTS_STRAIGHT: f64 = 0.03;
 /// What the tests of both sides need, as [`left_out`] says it.
 const OPPOSED: &str = "they need wheels that count forward on both sides";
 /// Tests of one side that take it for one that drives straight on.
-const STRAIGHT_ON: [&str; 7] = [
+const STRAIGHT_ON: [&str; 8] = [
+    super::agreement::GEARS,
     on_links::TEST,
     wheels::TEST,
     links::ACCELERATION,
