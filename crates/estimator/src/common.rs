@@ -32,10 +32,6 @@ pub(crate) const FILTER_TIME: f64 = 0.03;
 /// Chosen; insensitive.
 pub(crate) const OBSTACLES: f64 = 5.0;
 
-/// Time for which wheels push each other alike, s: some tenths of a metre of ground, a turn.
-/// Chosen; insensitive.
-pub(crate) const PUSH_LASTS: f64 = 2.0;
-
 /// Time for which an impact shakes a wheel, s: hard wheels on hard ground. For as long a condition has
 /// to hold before a contact state changes; it is the time constant of the slip's low pass, too.
 /// Chosen; held by `tests/acceptance_contacts.rs`.

@@ -10,11 +10,11 @@
 //! | channels | motor torques, encoders, gyroscopes, inclinometers |
 
 use super::filter::MotionFilter;
-use crate::common::{FILTER_TIME, PUSH_LASTS};
+use crate::common::FILTER_TIME;
 use crate::deviation::{GATE, WITHIN};
 use crate::filters::GaussMarkov;
-use crate::filters::Innovation;
 use crate::filters::Measurement;
+use crate::filters::{Innovation, PushFilter};
 use crate::state;
 
 /// The parity residual of eq. (8) at one instant.
@@ -28,7 +28,7 @@ pub(crate) struct ParityResidual {
     pub variance: f64,
     /// Errors of the torques' observers in the residual, N, a part of `variance`.
     pub observed: [GaussMarkov; 3],
-    /// Part of the variance by the push of the other side, N^2, which lasts for [`PUSH_LASTS`].
+    /// Part of the variance by the push of the other side, N^2, which lasts for [`PushFilter::LASTS`].
     pub of_push: f64,
 }
 
@@ -61,7 +61,7 @@ impl MotionFilter {
                 o2,
                 o3,
                 GaussMarkov::new(others, FILTER_TIME),
-                GaussMarkov::new(robhaz_model::sqrt(parity.of_push), PUSH_LASTS),
+                GaussMarkov::new(robhaz_model::sqrt(parity.of_push), PushFilter::LASTS),
             ],
             inflation: 0.0,
             // Tested here.

@@ -1,7 +1,6 @@
 //! Measurements of both sides' filters: what the body between them and the nine rows ask for.
 
 use super::WholeEstimator;
-use crate::common::PUSH_LASTS;
 use crate::estimator::{Estimator, SideStep};
 use crate::filters::GaussMarkov;
 use crate::filters::motion::{JointMeasurement, MotionFilter, TURN_TIME};
@@ -10,6 +9,11 @@ use crate::state::{INPUTS, VELOCITY};
 use crate::whole::WholeError;
 use crate::whole::readings::bogie_of;
 use robhaz_model::{Vec2, perp};
+
+/// Correlation time of what the rows do not know, s: axial forces last for some tenths of a metre of
+/// ground.
+/// Chosen; insensitive.
+const ROWS_LAST: f64 = 2.0;
 
 impl WholeEstimator {
     /// Corrects both sides' filters by the body that they are on: the left Q moves up faster than the right
@@ -67,7 +71,7 @@ impl WholeEstimator {
             .parities(&traction, &found, &noise)
             .ok_or(WholeError::Singular)?;
         // Axial forces of wheels that are dragged last as long as the turn.
-        let lasts = if settled { PUSH_LASTS } else { TURN_TIME };
+        let lasts = if settled { ROWS_LAST } else { TURN_TIME };
         let error = GaussMarkov::new(1.0, lasts);
         let measurements = parities.map(|parity| JointMeasurement::<INPUTS> {
             innovation: -parity.value,
