@@ -6,7 +6,7 @@ use super::frames::{
 };
 use crate::check::recording::{add, steps};
 use crate::check::way::{Way, range};
-use crate::check::{Channel, Finding, StatedBoth, dead, rest, still};
+use crate::check::{Channel, Finding, Recorded, StatedBoth, dead, rest, still};
 use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
@@ -121,6 +121,33 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     let (of_sides, others): (Vec<_>, Vec<_>) = all.partition(is_of_sides);
     let dead = of_sides.into_iter().map(finding).filter(Finding::is_fault);
     others.into_iter().map(finding).chain(dead).collect()
+}
+
+/// The noise at rest of the two angles that no side has by itself: of the coupling and of the roll.
+pub fn noise_at_rest(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+    let Some(rest) = frames::rest(frames) else {
+        return Vec::new();
+    };
+    let [.., (coupling, of_coupling), _, (roll, of_roll), _, _, _] = readings(stated.rover);
+    let (pin, inclination) = (stated.joint[0], stated.settings.budget.inclination_noise);
+    let noise = |name: &str, of: Of, channel, noise| {
+        let values = rest.iter().filter_map(|f| of(f));
+        let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        let channel = Recorded {
+            channel,
+            noise,
+            values,
+        };
+        let finding = rest::noise(&channel, 0.0);
+        Finding {
+            channel: name.to_owned(),
+            ..finding
+        }
+    };
+    vec![
+        noise(coupling, of_coupling, Channel::Pin, pin),
+        noise(roll, of_roll, Channel::BodyInclination, inclination),
+    ]
 }
 
 /// The sign of the yaw rate against the wheels: in a turn to the left the right ones are faster.
