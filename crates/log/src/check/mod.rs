@@ -267,6 +267,13 @@ impl Readings<'_> {
         let start = newton::Start::of(self);
         self.take(start::size(start));
         let (drive, order) = drive::findings(self, start);
+        let (jitter, step) = (self.stated.settings.budget.jitter, self.recording.dt);
+        let or = format!("the stamps err by {:.1} ms", 1e3 * jitter);
+        let unless_jitter = |f: Finding| {
+            let is_jitter = f.test == delay::TEST && jitter > LARGEST_JITTER * step;
+            f.unless(is_jitter, &or)
+        };
+        let drive: Vec<Finding> = drive.into_iter().map(unless_jitter).collect();
         let shows_forces = drive.iter().all(|f| f.test != drive::BY_DIRECTION);
         self.take_unless_pushed(drive);
         if !shows_forces {
@@ -315,6 +322,9 @@ impl Readings<'_> {
         Report::new(self.findings)
     }
 }
+
+/// Errors of the stamps, over the step, from which on the wheels' speeds show no delay of the torques.
+const LARGEST_JITTER: f64 = 0.4;
 
 /// What other tests need of a robot file that has a fault.
 const RIGHT_FILE: &str = "they need a robot file that is right";
