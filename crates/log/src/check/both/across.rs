@@ -248,6 +248,34 @@ mod tests {
         assert_eq!(found.verdict, Verdict::Ok);
     }
 
+    /// A roll, and a coupling in another unit, that are too loud at rest, by deviations of 5 deg and of 57 times 0.05 deg.
+    #[test]
+    fn noise_at_rest_is_tested() {
+        let rover = rover();
+        let verdicts = |[coupling, roll]: [f64; 2]| {
+            let frames = turn_left(|f| {
+                let white = (7.7e4 * f.time).sin() * std::f64::consts::SQRT_2;
+                f.wheel_angle = [Some(0.0); 6];
+                f.coupling = Some((coupling * white).to_radians());
+                f.roll = Some((roll * white).to_radians());
+            });
+            let found = noise_at_rest(&frames, &stated(&rover));
+            let of = |f: Finding| (f.channel, f.verdict, f.remedy.unwrap_or_default());
+            found.into_iter().map(of).collect::<Vec<_>>()
+        };
+        let [(coupling, of_coupling, _), (roll, of_roll, _)] = &verdicts([0.05, 0.1])[..] else {
+            panic!("two")
+        };
+        assert_eq!([coupling, roll], ["differential_angle", "body_roll"]);
+        assert_eq!([of_coupling, of_roll], [&Verdict::Ok; 2]);
+        let loud = verdicts([57.3 * 0.05, 5.0]);
+        assert!(
+            loud.iter()
+                .all(|(_, verdict, _)| *verdict == Verdict::Fault)
+        );
+        assert!(loud[0].2.contains("check the unit"), "{loud:?}");
+    }
+
     /// A gyroscope with a bias of 3 deg/s that drives straight on for 10 s: it does not turn where that is stated, a rest
     /// shows it, and a turn behind it has its sign.
     #[test]
