@@ -69,9 +69,10 @@ fn shown(torque: f64) -> String {
 fn wrong(read: &[(f64, Option<f64>)], robot: &Robot, noise: f64) -> Vec<usize> {
     let unit = Units::of(robot).torque();
     let known = read.iter().enumerate();
-    let known = known.filter_map(|(k, (time, value))| Some((k, *time, (*value)?)));
+    let known =
+        known.filter_map(|(k, (time, value))| Some((k, *time, value.filter(|v| !v.is_nan())?)));
     let (absurd, good): (Vec<_>, Vec<_>) =
-        known.partition(|(.., value)| !(value.abs() <= LARGEST_TORQUE * unit));
+        known.partition(|(.., value)| value.abs() > LARGEST_TORQUE * unit);
     let all: Vec<f64> = read.iter().filter_map(|(_, value)| *value).collect();
     // Counts.
     if absurd.len() as f64 > MANY * all.len() as f64 || range_of_overflow(&all).is_some() {
