@@ -5,7 +5,8 @@ use super::both::{
 };
 use super::messages_and_clocks::exported_messages;
 use super::recorded::{assert_same_files, estimated};
-use crate::support::{columns, robhaz, text};
+use crate::support::{columns, robhaz, root, text};
+use robhaz_scene::LogChoice;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
@@ -127,29 +128,30 @@ fn messages_of_both_sides_give_the_same_table() {
         &["estimate-kalman.csv"],
     );
 
-    let mut description = format!(
-        "sides = \"both\"\n{BUDGET}[[channel]]\nname = \"joints\"\ntopic = \"/joint_states\"\n\
-         [[channel]]\nname = \"imu\"\ntopic = \"/imu/body\"\n\
-         [imu.body]\nchannel = \"imu\"\ninclination = \"orientation\"\n[reading]\n"
-    );
-    for side in ["left", "right"] {
-        for (reading, column) in [("angle", "position"), ("motor_torque", "effort")] {
-            for i in 1..=3 {
-                let wheel = format!("{side}_wheel{i}");
-                writeln!(
-                    description,
-                    "{wheel}_{reading}.column = \"{wheel}.{column}\""
-                )
-                .unwrap();
-            }
-        }
-        writeln!(
-            description,
-            "{side}_pin_angle.column = \"{side}_pin.position\""
-        )
-        .unwrap();
+    // The columns of the example, with the joints' names and signs of the exported file.
+    let example = root().join("examples/logs/rover-ros2.toml");
+    LogChoice::load(&example, LogChoice::default()).unwrap();
+    let example = std::fs::read_to_string(example).unwrap();
+    let columns = example.find("[[channel]]").unwrap();
+    let mut description = example[columns..].replace(", sign = \"-\"", "");
+    for (name, exported) in [
+        ("fl", "left_wheel1"),
+        ("ml", "left_wheel2"),
+        ("rl", "left_wheel3"),
+        ("fr", "right_wheel1"),
+        ("mr", "right_wheel2"),
+        ("rr", "right_wheel3"),
+    ] {
+        description = description.replace(&format!("wheel_{name}."), &format!("{exported}."));
     }
-    description += "differential_angle.column = \"differential.position\"\n";
+    for side in ["left", "right"] {
+        description = description.replace(&format!("bogie_{side}."), &format!("{side}_pin."));
+    }
+    let mapped = description
+        .lines()
+        .filter(|line| !line.contains("_steering"));
+    let mapped = mapped.map(|line| format!("{line}\n"));
+    let description = BUDGET.to_owned() + &mapped.collect::<String>();
     std::fs::write(path.join("ros.toml"), description).unwrap();
     let of_ros = ["run.mcap", "--robot", &robot(), "--sensors", "ros.toml"];
     estimated(

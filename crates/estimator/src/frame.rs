@@ -22,11 +22,12 @@ pub(crate) const SHORTEST_STEP: f64 = 0.5e-6;
 /// Chosen; sensitive.
 pub(crate) const IMPACT: f64 = 20.0;
 
+/// Motor torque at a wheel of robot A, N m, beyond which a reading counts as missing: thirty times the drive's.
+/// Guard.
+pub const LARGEST_TORQUE: f64 = 300.0;
+
 /// Limits of a robot of this kind. A reading beyond its limit counts as missing.
 mod limit {
-    /// Motor torque at a wheel, N m: thirty times the drive's.
-    /// Guard.
-    pub const TORQUE: f64 = 300.0;
     /// Turn of a wheel, rad: 100 000 km. Beyond it rounding exceeds a count.
     /// Guard.
     pub const TURN: f64 = 1e9;
@@ -384,7 +385,7 @@ impl Inputs {
         for i in 0..3 {
             let torque = &mut self.motor_torque[i];
             let reach = Gate::reach(budget.torque_noise, Gate::TORQUE);
-            flags |= torque.take(frame.motor_torque[i], dt, limit::TORQUE, reach);
+            flags |= torque.take(frame.motor_torque[i], dt, LARGEST_TORQUE, reach);
             flags |= self.encoder[i].take(frame.wheel_angle[i], torque.value, dt, gate);
             if with_angles {
                 let reach = Gate::reach(budget.contact_angle, Gate::CONTACT_ANGLE);

@@ -83,7 +83,7 @@ pub use contact::{ContactEstimate, ContactState};
 pub use estimate::{Estimate, EstimateError, KalmanReport, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::{Channels, Flags};
-pub use frame::{LinkReading, SensorFrame};
+pub use frame::{LARGEST_TORQUE, LinkReading, SensorFrame};
 pub use friction::{NeededFriction, OffsetShare, PeakFriction, SlipEvent, WheelFriction};
 pub use ground::{FrictionBounds, GroundPoint};
 pub use health::{Health, LATE_TORQUE, PAIRINGS};

@@ -71,9 +71,11 @@ impl TorqueScale {
                 );
             }
             let (fits, error) = (ratio * described, sigma * described);
+            // Three digits of a light robot; the cast saturates.
+            let places = (2.0 - libm::floor(libm::log10(described))).clamp(1.0, 9.0) as usize;
             write!(
                 f,
-                "weight {verdict}: torques fit a robot of {fits:.1} +- {error:.1} kg a side; the description says {described:.1}",
+                "weight {verdict}: torques fit a robot of {fits:.places$} +- {error:.places$} kg a side; the description says {described:.places$}",
             )?;
             if confirmation == Confirmation::Contradicts {
                 write!(

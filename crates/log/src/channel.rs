@@ -52,7 +52,14 @@ impl TableFormat {
             return LogError::whole(path, message);
         }
         let endings = endings.join(", ");
-        LogError::whole(path, format!("is no table, allowed endings: {endings}"))
+        let topics = match bag::is_mcap(path) {
+            true => "",
+            false => ", and .mcap of topics",
+        };
+        LogError::whole(
+            path,
+            format!("is no table, allowed endings: {endings}{topics}"),
+        )
     }
 
     /// The columns of a file.

@@ -143,6 +143,9 @@ pub fn check_both(
             choice.sides.name()
         ));
     }
+    if !channels.is_of_both() {
+        return Err(own_names::none_of_both(&channels.source, choice));
+    }
     let rover = own_names::rover(&channels.source, choice)?;
     choice.sides = LogSides::Both;
     let needed = Reading::of_both(rover.coupling).filter(|r| !r.is_optional() && !channels.has(*r));
@@ -193,6 +196,16 @@ pub fn use_contact_angles(
             reading.name()
         ));
     }
+    let some = match absent.len() {
+        1 | 2 if options.contact_angles != Some(false) => {
+            let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
+            format!(
+                "the log has no {}, and contact angles count of all three wheels or of none: the others are left out",
+                absent.join(", ")
+            )
+        }
+        _ => String::new(),
+    };
     let needing = choice.needing_contact_angles();
     if options.contact_angles == Some(true) && !absent.is_empty() && !needing.is_empty() {
         let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
@@ -217,7 +230,19 @@ pub fn use_contact_angles(
     if !could.is_empty() {
         notice += &format!("; {} runs without them", could.join(" or "));
     }
-    Ok((!left_out.is_empty()).then_some(notice))
+    let notices = [
+        some,
+        if left_out.is_empty() {
+            String::new()
+        } else {
+            notice
+        },
+    ];
+    let notices: Vec<String> = notices
+        .into_iter()
+        .filter(|text| !text.is_empty())
+        .collect();
+    Ok((!notices.is_empty()).then(|| notices.join("; ")))
 }
 
 #[cfg(test)]

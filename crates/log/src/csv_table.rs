@@ -36,6 +36,13 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
     if names.iter().any(|name| name.contains('\u{fffd}')) {
         return Err(not_a_table("its first line is no UTF-8"));
     }
+    if let [name] = &names[..] {
+        let reason = format!(
+            "line {line} has one name, {:?}, and the times need a column of their own; allowed between columns: comma, semicolon or tab",
+            shortened(name)
+        );
+        return Err(LogError::format(path, "CSV", reason));
+    }
     if names.iter().all(|name| decimal(name).is_some()) {
         let reason = format!("line {line} has numbers, not names");
         return Err(not_a_table(&reason));
@@ -51,6 +58,8 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
 /// What a time may be.
 const EVERY_ROW: &str =
     "a finite number or a date and time such as 2024-05-01T12:00:00.010Z: every row has a time";
+/// What a number of a time may be that is beyond a stamp.
+pub const BEYOND: &str = "at most 292 years in the stated time_unit: state the unit that the column has as time_unit of its [[channel]], s, ms, us or ns";
 const WHOLE_STAMP: &str =
     "whole seconds, and whole nanoseconds from 0 to 999999999 in a column of their own";
 
@@ -83,16 +92,25 @@ pub fn read(
     let mut has_row = read(&mut row)?;
     while has_row {
         has_row = read(&mut ahead)?;
-        if !has_row && let Some(why) = cut_off(&row, names.len(), ends_with_line) {
+        if !has_row && let Some(why) = cut_off(&row, names.len()) {
             return Ok(Some(why));
         }
         numbers.check_count(&row)?;
-        let stamp = numbers.stamp(&row, seconds, nanoseconds, time.unit)?;
+        let stamp = numbers.stamp(&row, seconds, nanoseconds, time.unit);
         let cells = chosen.iter().map(|column| numbers.cell(&row, *column));
+        let cells: Result<_, _> = cells.collect();
+        // Without a line end the last number may be cut, where it is one and where it is none any more. Scripts leave the
+        // line end out, too: a number that is cut is one wrong reading of the last frame.
+        if !has_row && !ends_with_line && (stamp.is_err() || cells.is_err()) {
+            let line = row.line;
+            return Ok(Some(format!(
+                "line {line}: it has no line end, and a cell that is no number"
+            )));
+        }
         add(Row {
             place: Place("line", row.line),
-            stamp,
-            cells: cells.collect::<Result<_, _>>()?,
+            stamp: stamp?,
+            cells: cells?,
         })?;
         std::mem::swap(&mut row, &mut ahead);
     }
@@ -101,14 +119,9 @@ pub fn read(
 }
 
 /// Why the last row of a file is cut off; `None` of a whole one.
-fn cut_off(row: &TextRow, expected: usize, ends_with_line: bool) -> Option<String> {
+fn cut_off(row: &TextRow, expected: usize) -> Option<String> {
     let (found, line) = (row.count(), row.line);
-    let why = match found < expected {
-        true => format!("it has {found} of {expected} cells"),
-        false if !ends_with_line => "it has no line end, so its last number may be cut".to_owned(),
-        false => return None,
-    };
-    Some(format!("line {line}: {why}"))
+    (found < expected).then(|| format!("line {line}: it has {found} of {expected} cells"))
 }
 
 /// The numbers of a file, which have one decimal mark.
@@ -181,7 +194,8 @@ impl Numbers<'_> {
             let stamp = Stamp::of_parts(seconds?, nanoseconds?);
             return stamp.ok_or_else(|| self.refused(row.line, rest, &row.text(rest), WHOLE_STAMP));
         } else if let (true, Ok(whole)) = (unit != TimeUnit::SECOND, text.parse::<i64>()) {
-            unit.of_whole(whole)
+            let stamp = unit.of_whole(whole);
+            return stamp.ok_or_else(|| self.refused(row.line, column, &text, BEYOND));
         } else if decimal(&text).is_some() {
             unit.of_float(self.read(row, column, "")?)
         } else {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::fs::File;
-use std::io;
+use std::io::{self, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 
 /// Why a log cannot be used or written.
@@ -77,5 +77,42 @@ pub(crate) fn open_file(path: &Path) -> Result<File, LogError> {
                        times; write it to a file first";
         return Err(LogError::whole(path, message));
     }
-    File::open(path).map_err(LogError::io(path))
+    let mut file = File::open(path).map_err(LogError::io(path))?;
+    check_start(path, &mut file)
+        .map_err(LogError::io(path))?
+        .map_or(Ok(file), Err)
+}
+
+/// The error of a file whose first bytes are not those of its ending.
+fn check_start(path: &Path, file: &mut File) -> io::Result<Option<LogError>> {
+    const STARTS: [(&[u8], &str, &str); 5] = [
+        (b"PAR1", "Parquet", "parquet"),
+        (b"\x89MCAP", "MCAP", "mcap"),
+        (b"SQLite format 3", "SQLite, as of a bag of ROS 2", "db3"),
+        (b"#ROSBAG", "a bag of ROS 1", "bag"),
+        (b"\x1f\x8b", "gzip", "gz"),
+    ];
+    let mut start = Vec::new();
+    file.take(16).read_to_end(&mut start)?;
+    file.rewind()?;
+    let is_of = |ending: &str| {
+        path.extension()
+            .is_some_and(|own| own.eq_ignore_ascii_case(ending))
+    };
+    let found = STARTS.iter().find(|(bytes, ..)| start.starts_with(bytes));
+    let own = STARTS.iter().find(|(.., ending)| is_of(ending));
+    if found == own {
+        return Ok(None);
+    }
+    let own = own.map_or("text", |(_, name, _)| name);
+    let message = match found {
+        Some((_, name, ending)) => {
+            format!("its first bytes are those of {name}; rename it to .{ending}")
+        }
+        None if start.is_empty() => "the file is empty".to_owned(),
+        None => {
+            format!("its first bytes are not those of {own}; a table of text has the ending .csv")
+        }
+    };
+    Ok(Some(LogError::format(path, own, message)))
 }

@@ -1,7 +1,9 @@
 //! A log that is ready to be estimated.
 
 use crate::bag::is_mcap;
-use crate::check::{Consistency, Level, StatedBoth, certain, contradiction, signs_are_lost};
+use crate::check::{
+    Consistency, Level, StatedBoth, certain, contradiction, signs_are_lost, without_wrong_torques,
+};
 use crate::place::no_table;
 use crate::survey::survey;
 use crate::{
@@ -265,7 +267,11 @@ fn level(frames: &Frames, choice: &LogChoice) -> Level {
     let settings = choice.stated(EstimatorSettings::kalman());
     match choice.sides {
         LogSides::Both => Level::of_both(&frames.all_of_both(), robot, &settings),
-        _ => Level::of_side(&frames.all_of_links(), robot, &settings),
+        _ => {
+            let (frames, noise) = (frames.all_of_links(), settings.budget.torque_noise);
+            let (_, frames) = without_wrong_torques(&frames, robot, noise);
+            Level::of_side(&frames, robot, &settings)
+        }
     }
 }
 

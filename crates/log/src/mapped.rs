@@ -66,7 +66,14 @@ pub fn channels(
 fn file(log: &Path, own: Option<&Path>, choice: &ChannelChoice) -> Result<PathBuf, LogError> {
     if !choice.table.is_empty() {
         let folder = Some(log).filter(|log| log.is_dir()).or(log.parent());
-        return Ok(folder.unwrap_or(Path::new("")).join(&choice.table));
+        let path = folder.unwrap_or(Path::new("")).join(&choice.table);
+        if path.exists() {
+            return Ok(path);
+        }
+        let (at, table, path) = (&choice.table_at.0, &choice.table, path.display());
+        return Err(LogError::Problem(format!(
+            "{at}: channel.table: found {table:?}, and there is no {path}; allowed: a file beside the log, or in its folder"
+        )));
     }
     own.map(Path::to_path_buf).ok_or_else(|| {
         let message = "the log is a folder: state the channel's `table`, a file in it";
@@ -324,11 +331,12 @@ fn check_names(channel: &Channel, found: &[ColumnInfo]) -> Result<(), LogError> 
         return Ok(());
     }
     let message = format!(
-        "has no column {}, which the description names for channel {}; found {}{}",
+        "has no column {}, which the description names for channel {}; found {}{}{}",
         missing.join(", "),
         channel.name,
         ColumnInfo::list(found),
         instead(&missing, found),
+        ColumnInfo::meant(missing.iter().copied(), found, &channel.columns),
     );
     Err(LogError::whole(&channel.path, message))
 }

@@ -59,6 +59,9 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
     // Of a table with neither the error names the columns that its robot asks for.
     let has_one = table.found.iter().any(|c| c.name.starts_with("wheel"));
     let may_be = has_both || !has_one && choice.robot.whole_rover().is_some();
+    if choice.sides == LogSides::Both && has_one && !has_both {
+        return Err(none_of_both(path, choice));
+    }
     let is_of_both = choice.sides == LogSides::Both || may_be && !choice.states("sides");
     // In place of inclination and roll of a body.
     let force = ["x", "y", "z"].map(|axis| format!("body_specific_force_{axis}"));
@@ -87,6 +90,14 @@ pub fn readings(path: &Path, choice: &LogChoice) -> Result<Channel, LogError> {
         (false, true) => BOTH_REMEDY,
         (false, false) => REMEDY,
     })
+}
+
+/// The error of a log of one side that is stated to be one of both.
+pub fn none_of_both(log: &Path, choice: &LogChoice) -> LogError {
+    let (at, log) = (&choice.sides_at.0, log.display());
+    LogError::Problem(format!(
+        "{at}: sides: found \"both\", and {log} has readings of one side alone (wheel1_angle, ...); allowed: \"one of two\", \"plane\", or readings of both sides (left_wheel1_angle, ...)"
+    ))
 }
 
 /// The readings that a log can have, of one side or of `both`.
@@ -132,6 +143,7 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>, both: bool) -> Result<C
         columns.push(column.name.clone());
         names.push(name);
     }
+    table.channel.columns.clone_from(&columns);
     Ok(Channel {
         offset: clock.map_or(0.0, |c| c.offset),
         truth: Some(truth::TruthColumns::new(names, factors)),
@@ -242,7 +254,11 @@ impl Table {
             return Ok(self.channel);
         }
         let (problems, found) = (self.problems.join("; "), ColumnInfo::list(&self.found));
-        let message = format!("{problems}; found {found}; {remedy}");
+        let instead = {
+            let missing = self.missing.iter().map(String::as_str);
+            ColumnInfo::meant(missing, &self.found, &self.channel.columns)
+        };
+        let message = format!("{problems}; found {found}{instead}; {remedy}");
         Err(LogError::whole(&self.channel.path, message))
     }
 }

@@ -1,5 +1,6 @@
 //! Parquet files.
 
+use crate::csv_table::BEYOND;
 use crate::error::open_file;
 use crate::rows::{finite, repeated};
 use crate::{AddRow, ColumnInfo, LogError, Place, Row, Stamp, TimeColumn, TimeUnit, iso8601};
@@ -96,7 +97,9 @@ pub fn read(
                 parts_of_stamps(path, parts, row)?
             }
         };
-        let cells = chosen.iter().map(|name| numbers(path, name, column(name)?));
+        let cells = chosen
+            .iter()
+            .map(|name| numbers(path, name, column(name)?, ""));
         let cells: Vec<_> = cells.collect::<Result<_, _>>()?;
         for (i, stamp) in stamps.into_iter().enumerate() {
             row += 1;
@@ -128,17 +131,21 @@ fn stamps(
         let texts = texts.into_iter();
         texts.map(|text| iso8601::parse(&text?)).collect()
     } else {
-        let numbers = numbers(path, &time.name, column)?;
+        let also = ", a time stamp, a duration, or text in ISO 8601";
+        let numbers = numbers(path, &time.name, column, also)?;
         numbers.into_iter().map(|v| time.unit.of_float(v)).collect()
     };
-    let rows = (before + 1..).zip(stamps);
-    let check = |(row, stamp): (u64, Option<Stamp>)| {
+    let check = |(i, stamp): (usize, Option<Stamp>)| {
         stamp.ok_or_else(|| {
-            let message = "found no finite number and no date and time such as 2024-05-01T12:00:00.010Z, allowed: every row has a time";
+            let message = match whole.is_some() && column.is_valid(i) {
+                true => format!("found a number that is too large, allowed: {BEYOND}"),
+                false => "found no finite number and no date and time such as 2024-05-01T12:00:00.010Z, allowed: every row has a time".to_owned(),
+            };
+            let row = before + 1 + i as u64;
             LogError::place(path, format!("row {row}, column {}", time.name), message)
         })
     };
-    rows.map(check).collect()
+    stamps.into_iter().enumerate().map(check).collect()
 }
 
 /// The unit of a column of whole numbers, `of_integers` if it has none of its own; `None` of another column.
@@ -170,8 +177,8 @@ fn parts_of_stamps(
     [(seconds_name, seconds), (name, nanoseconds)]: [(&String, &ArrayRef); 2],
     before: u64,
 ) -> Result<Vec<Stamp>, LogError> {
-    let seconds = numbers(path, seconds_name, seconds)?;
-    let nanoseconds = numbers(path, name, nanoseconds)?;
+    let seconds = numbers(path, seconds_name, seconds, "")?;
+    let nanoseconds = numbers(path, name, nanoseconds, "")?;
     let rows = (before + 1..).zip(seconds.into_iter().zip(nanoseconds));
     let stamp = |(row, (seconds, nanoseconds)): (u64, (f64, f64))| {
         Stamp::of_parts(seconds, nanoseconds).ok_or_else(|| {
@@ -183,8 +190,8 @@ fn parts_of_stamps(
     rows.map(stamp).collect()
 }
 
-/// The values of a column of numbers; not a number where one is missing or not finite.
-fn numbers(path: &Path, name: &str, column: &ArrayRef) -> Result<Vec<f64>, LogError> {
+/// The values of a column of numbers; not a number where one is missing or not finite. `also` says what else is allowed.
+fn numbers(path: &Path, name: &str, column: &ArrayRef, also: &str) -> Result<Vec<f64>, LogError> {
     macro_rules! values {
         ($kind:ty) => {{
             let values = column.as_primitive::<$kind>().iter();
@@ -198,7 +205,9 @@ fn numbers(path: &Path, name: &str, column: &ArrayRef) -> Result<Vec<f64>, LogEr
         DataType::Float64 => values!(Float64Type),
         DataType::Float32 => values!(Float32Type),
         found => {
-            let message = format!("found the type {found}, allowed: a number");
+            let message = format!(
+                "found the type {found}, allowed: whole numbers of 8 to 64 bits, Float32, Float64{also}"
+            );
             Err(LogError::place(path, format!("column {name}"), message))
         }
     }

@@ -1,6 +1,7 @@
 //! Rows of a table, whatever its format.
 
 use crate::{LogError, Stamp, TimeUnit};
+use robhaz_scene::nearest;
 
 /// One row of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +50,22 @@ impl ColumnInfo {
             more => format!(" and {more} more"),
         };
         format!("the columns {}{more}", names.join(", "))
+    }
+
+    /// What missing columns may be called in a table, for messages, of the first ones. `read` are those that are read as
+    /// another one.
+    pub fn meant<'a>(
+        missing: impl Iterator<Item = &'a str>,
+        found: &[Self],
+        read: &[String],
+    ) -> String {
+        const SHOWN: usize = 3;
+        let free = found.iter().filter(|column| !read.contains(&column.name));
+        let names: Vec<&str> = free.map(|column| column.name.as_str()).collect();
+        let near = missing.filter_map(|name| Some((name, nearest(name, &names)?)));
+        let near = near.take(SHOWN);
+        near.map(|(name, near)| format!("; is {name} called {near}?"))
+            .collect()
     }
 }
 

@@ -95,7 +95,10 @@ pub fn log_lines(summary: &Summary) -> Vec<String> {
     let mut lines: Vec<String> = log.channels.iter().flat_map(of_channel).collect();
     lines.extend(missing_line(log));
     if !log.absent.is_empty() {
-        lines.push(format!("not in the log: {}", log.absent.join(", ")));
+        lines.push(format!(
+            "not in the log, or left out: {}",
+            log.absent.join(", ")
+        ));
     }
     let flags = |(name, e): (_, &EstimatorSummary)| flags_line(name, e.means.as_ref()?);
     lines.extend(summary.estimators.iter().filter_map(flags));

@@ -64,6 +64,13 @@ pub struct ChannelReport {
     pub before_start: u64,
     /// Why the channel ends before its end.
     pub cut_off: Option<String>,
+    /// How many units of its times a second has, as stated; `None` of seconds.
+    #[serde(
+        default,
+        rename = "time_units_in_1_s",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub units_in_second: Option<f64>,
 }
 
 impl ChannelReport {
@@ -80,10 +87,11 @@ impl ChannelReport {
         self.period > 0.0 && !plausible.contains(&self.period)
     }
 
-    /// The unit of its times in which it has a usual rate, and that rate, Hz; of times that count as seconds.
+    /// The unit of its times in which it has a usual rate, and that rate, Hz.
     pub fn other_unit(&self) -> Option<(&'static str, f64)> {
-        let units = [("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
-        let of = units.map(|(unit, factor)| (unit, factor / self.period));
+        let units = [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
+        let step = self.units_in_second.unwrap_or(1.0) * self.period;
+        let of = units.map(|(unit, factor)| (unit, factor / step));
         let usual = Self::LOWEST_RATE..Self::USUAL_RATE;
         of.into_iter()
             .find(|(_, rate)| self.is_of_other_unit() && usual.contains(rate))

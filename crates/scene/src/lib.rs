@@ -38,13 +38,15 @@ pub use estimators::EstimatorChoice;
 pub use load::reference;
 pub use log::{
     ChannelChoice, EstimatorError, ImuChoice, InclinationSource, LogChoice, LogSides, Mapping,
-    Reading, ReadingChoice, Values, World, coupling_angle, frame, log_reference, whole_frame,
+    Reading, ReadingChoice, StatedAt, Values, World, coupling_angle, frame, log_reference,
+    whole_frame,
 };
 pub use model_error::{ModelError, ModelErrorTooLarge, errors_of_scales};
 pub use plant_failure::PlantFailure;
 pub use robhaz_control::ControlKind;
 pub use robhaz_keys::error::{FileError, Problem, harmless};
 pub use robhaz_keys::form::KeyReference;
+pub use robhaz_keys::reader::nearest;
 pub use robhaz_keys::values::from_stem;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use robhaz_sim::{EngineChoice, EngineKind};

@@ -232,7 +232,10 @@ fn contradiction(own: &Judgement, certain: f64) -> Finding {
         let (channel, remedy) = match own.why {
             Some(EstimateError::Missing { field }) => (
                 CHANNEL,
-                format!("no frame has the reading {field}: map its column, or look into it"),
+                format!(
+                    "there is none before the first value of {}: find out why it was not read, or begin the log there",
+                    reading_of(field)
+                ),
             ),
             Some(EstimateError::Linkage(_)) => (
                 "inclinometer 1, inclinometer 2",
@@ -246,4 +249,26 @@ fn contradiction(own: &Judgement, certain: f64) -> Finding {
     let figure =
         format!("largest mean NIS {largest:.1} ({of}; 1 is right, a contradiction from 4 on)");
     Finding::ok(TEST, CHANNEL, figure).with("largest", largest, "-")
+}
+
+/// The name of a reading, of the field of a frame.
+fn reading_of(field: &str) -> String {
+    match field.trim_end_matches(']').split_once('[') {
+        None => field.replace('.', "_"),
+        Some((name, wheel)) => {
+            let wheel = wheel.parse::<usize>().map_or(0, |wheel| wheel + 1);
+            format!("wheel{wheel}_{}", name.trim_start_matches("wheel_"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::reading_of;
+
+    #[test]
+    fn fields_have_the_names_of_readings() {
+        let names = ["link1.rate", "wheel_angle[1]", "motor_torque[2]"].map(reading_of);
+        assert_eq!(names, ["link1_rate", "wheel2_angle", "wheel3_motor_torque"]);
+    }
 }

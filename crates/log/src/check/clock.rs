@@ -7,7 +7,7 @@
 use crate::check::Finding;
 use crate::jitter::Jitter;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
-use robhaz_score::signals::median;
+use robhaz_score::signals::{median, rms};
 
 /// Time over which speeds before and after a step are taken, s.
 const SPAN: f64 = 0.1;
@@ -21,6 +21,8 @@ const STEADY: f64 = 0.25;
 const LEAST_JUMP: f64 = 2.5;
 /// Deviation of a stamped step from the period, over it, up to which stamps go on evenly.
 const EVEN: f64 = 0.05;
+/// Errors of the steps around a step, over which it is a jump of the clock and no jitter.
+const GATE: f64 = 6.0;
 /// Share of the steps that are longer by the wheels which may be shorter: errors of encoders are both alike.
 const SHORTER: f64 = 0.1;
 /// Longest median step, s: more is no log of a robot. It keeps sums of times finite.
@@ -215,7 +217,8 @@ fn shown(frames: &[SensorFrame]) -> Shown {
         tells: false,
     };
     for k in (1 + width)..turns.len().saturating_sub(width) {
-        let Some(found) = wheels_late(&turns[k - 1 - width..=k + width], count) else {
+        let window = &turns[k - 1 - width..=k + width];
+        let Some(found) = wheels_late(window, count) else {
             continue;
         };
         shown.tells = true;
@@ -229,11 +232,25 @@ fn shown(frames: &[SensorFrame]) -> Shown {
         }
         let mean = found.iter().sum::<f64>() / 3.0;
         let agree = found.iter().all(|d| (d - mean).abs() < STEADY * mean.abs());
-        if mean.abs() > LEAST_JUMP * period && agree {
+        if mean.abs() > (LEAST_JUMP * period).max(GATE * jitter_of(window)) && agree {
             shown.jumps.push((turns[k].frame, mean));
         }
     }
     shown
+}
+
+/// Deviation of the steps of a window from what the first wheel turns in them, but for the middle one, s.
+fn jitter_of(window: &[Turn]) -> f64 {
+    let (before, after) = window.split_at(window.len() / 2);
+    let errors = [before, after].into_iter().flat_map(|part| {
+        let [first, .., last] = part else {
+            return Vec::new();
+        };
+        let pace = (last.time - first.time) / (last.angle[0] - first.angle[0]);
+        let error = |w: &[Turn]| (w[1].angle[0] - w[0].angle[0]) * pace - (w[1].time - w[0].time);
+        part.windows(2).map(error).collect()
+    });
+    rms(&errors.collect::<Vec<f64>>())
 }
 
 fn turn((frame, f): (usize, &SensorFrame)) -> Option<Turn> {
@@ -340,6 +357,24 @@ mod tests {
         lost.retain(|f| !(4.0..4.2).contains(&f.time));
         let found = shown(&lost);
         assert!(found.jumps.is_empty() && found.tells && Clock::of(&lost).parts.len() == 1);
+    }
+
+    /// Stamps that err by three periods, in their order, show no jump of the clock.
+    #[test]
+    fn jitter_is_no_jump_of_the_clock() {
+        let mut random = robhaz_sim::random::Stream::new(1, "stamps");
+        let mut frames = frames(|t| t);
+        let mut times: Vec<f64> = frames
+            .iter()
+            .map(|f| f.time + 3e-3 * random.normal())
+            .collect();
+        times.sort_by(f64::total_cmp);
+        frames
+            .iter_mut()
+            .zip(times)
+            .for_each(|(f, time)| f.time = time);
+        let found = shown(&frames);
+        assert!(found.jumps.is_empty(), "{:?}", found.jumps);
     }
 
     /// Closed form: frames that are lost behind stamps of their number, one and two at a time; with their own stamps, and

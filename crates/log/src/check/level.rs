@@ -65,6 +65,8 @@ pub struct Level {
     at_rest: Option<f64>,
     /// The same across, of a rover with both sides.
     roll_at_rest: Option<f64>,
+    /// By how much the inclination of link 1 is more than that of link 2 before the first motion, rad; 0 on level ground.
+    apart: Option<f64>,
     /// Whether one inclinometer, that of a body, shows the slope.
     is_of_body: bool,
     /// Largest slope that is none, rad.
@@ -129,10 +131,14 @@ impl Level {
             let links = [frame.link1.inclination?, frame.link2.inclination?];
             Some(slope_of(&robot.geometry, links))
         };
-        let read = |f: &SensorFrame| (f.time, f.wheel_angle, f.motor_torque, [slope(f), None]);
+        let apart = |f: &SensorFrame| Some(f.link1.inclination? - f.link2.inclination?);
+        let read = |f: &SensorFrame| (f.time, f.wheel_angle, f.motor_torque, [slope(f), apart(f)]);
         let found = Self::of(frames.iter().map(read), robot, settings);
         Self {
             allowed: found.allowed.filter(|_| settings.sides == Sides::Plane),
+            // The mean of what differs from frame to frame is all that is taken of the roll.
+            apart: found.roll_at_rest,
+            roll_at_rest: None,
             ..found
         }
     }
@@ -240,6 +246,11 @@ impl Level {
                 true => format!(
                     "at rest body_inclination shows {:.1} deg: if the ground was level along, it errs by that, and offset = {slope:.4} (rad) belongs to it",
                     slope.to_degrees()
+                ),
+                false if self.apart.is_some_and(|apart| self.is_slope(apart)) => format!(
+                    "at rest the inclinometers show a slope of {:.1} deg, and that of link 1 {:+.1} deg more than that of link 2: if the ground was level there, they err, each by its own; `robhaz check` names the offsets",
+                    slope.to_degrees(),
+                    self.apart.unwrap_or_default().to_degrees()
                 ),
                 false => format!(
                     "at rest all inclinometers together show a slope of {:.1} deg: if the ground was level there, they err by that, and offset = {slope:.4} (rad) belongs to each",
@@ -415,6 +426,35 @@ impl Ways {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Closed form: at rest an inclinometer of link 1 that shows -0.94 deg and one of link 2 with -0.04 deg have no offset in
+    /// common; two with -0.6 deg have.
+    #[test]
+    fn an_offset_of_one_link_is_not_called_that_of_each() {
+        let side = Robot::default_a();
+        let said = |angles: [f64; 2]| {
+            let frame = |k: u32| {
+                let mut frame = SensorFrame {
+                    time: 0.01 * f64::from(k),
+                    wheel_angle: [Some(0.0); 3],
+                    motor_torque: [Some(0.0); 3],
+                    ..SensorFrame::default()
+                };
+                let [first, second] = angles.map(|angle| Some(angle.to_radians()));
+                (frame.link1.inclination, frame.link2.inclination) = (first, second);
+                frame
+            };
+            let frames: Vec<SensorFrame> = (0..300).map(frame).collect();
+            let level = Level::of_side(&frames, &side, &EstimatorSettings::kalman());
+            level.warning().unwrap_or_default()
+        };
+        assert!(said([-0.94, -0.04]).contains("-0.9 deg more than that of link 2"));
+        assert!(
+            said([-0.6; 2]).contains("belongs to each"),
+            "{}",
+            said([-0.6; 2])
+        );
+    }
 
     /// A rover that turns on the spot for 8 s, its wheels against friction across of half of the weight, and drives on
     /// for 8 s on level ground: the work of the turn lifts nothing. Without it the zero is that of the drive, 0.

@@ -4,6 +4,7 @@
 //! | module | question | from |
 //! |---|---|---|
 //! | `jumps` | Single wrong angles of the wheels, encoders that were reset | what torque and inertia allow |
+//! | `torque_spikes` | Single wrong torques, numbers that stand for no reading | what a drive can do |
 //! | `clock` | Was the clock set? Where is the log split? Errors and resolution of the stamps | the wheels as a clock |
 //! | `dead` | Has a channel no value, or the same one throughout? | the readings alone |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
@@ -62,6 +63,7 @@ mod speeds;
 mod start;
 mod stated;
 mod still;
+mod torque_spikes;
 mod torques;
 mod way;
 mod wheels;
@@ -83,6 +85,7 @@ pub(crate) use rewire::{Change, Channel};
 use self::recording::LARGEST_TURN;
 use robhaz_estimator::{EstimatorSettings, PAIRINGS, SensorFrame, Sides};
 use robhaz_model::Robot;
+use std::borrow::Cow;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
@@ -105,7 +108,8 @@ fn check_side(
     };
     stated.settings.method = usual.method;
     let budget = &mut stated.settings.budget;
-    let (of_jumps, mended) = jumps::findings(frames, stated.robot, budget.encoder_counts);
+    let (of_torques, without) = without_wrong_torques(frames, stated.robot, budget.torque_noise);
+    let (of_jumps, mended) = jumps::findings(&without, stated.robot, budget.encoder_counts);
     let mut findings = vec![clock::finding(&mended)];
     findings.extend((!is_of_both).then(|| clock::jitter(&mended, budget)));
     findings.push(sides(&stated));
@@ -118,6 +122,7 @@ fn check_side(
         log.pushed = Level::of_side(&log.frames, stated.robot, &stated.settings).pushed;
     }
     log.take(of_jumps);
+    log.take(of_torques);
     if let Some(speeds) = speeds::finding(&log.frames, &stated) {
         log.take([speeds, left_out("they need angles of the wheels")]);
         return log.report();
@@ -140,6 +145,20 @@ fn check_side(
         _ => log.check_by_ground(forward),
     }
     log.report()
+}
+
+/// The findings of wrong torques, and the frames without them.
+pub fn without_wrong_torques<'a>(
+    frames: &'a [SensorFrame],
+    robot: &Robot,
+    noise: f64,
+) -> (Vec<Finding>, Cow<'a, [SensorFrame]>) {
+    let torques: fn(&mut SensorFrame) -> &mut [Option<f64>; 3] = |f| &mut f.motor_torque;
+    let (found, without) = torque_spikes::findings(frames, |f| f.time, torques, robot, noise);
+    (
+        found.into_iter().map(|(_, finding)| finding).collect(),
+        without,
+    )
 }
 
 /// What the start of one side of two shows alone: signs, and the size of the torques.
@@ -248,6 +267,13 @@ impl Readings<'_> {
         let start = newton::Start::of(self);
         self.take(start::size(start));
         let (drive, order) = drive::findings(self, start);
+        let (jitter, step) = (self.stated.settings.budget.jitter, self.recording.dt);
+        let or = format!("the stamps err by {:.1} ms", 1e3 * jitter);
+        let unless_jitter = |f: Finding| {
+            let is_jitter = f.test == delay::TEST && jitter > LARGEST_JITTER * step;
+            f.unless(is_jitter, &or)
+        };
+        let drive: Vec<Finding> = drive.into_iter().map(unless_jitter).collect();
         let shows_forces = drive.iter().all(|f| f.test != drive::BY_DIRECTION);
         self.take_unless_pushed(drive);
         if !shows_forces {
@@ -296,6 +322,9 @@ impl Readings<'_> {
         Report::new(self.findings)
     }
 }
+
+/// Errors of the stamps, over the step, from which on the wheels' speeds show no delay of the torques.
+const LARGEST_JITTER: f64 = 0.4;
 
 /// What other tests need of a robot file that has a fault.
 const RIGHT_FILE: &str = "they need a robot file that is right";

@@ -44,7 +44,7 @@ const STEEPEST: f64 = 60.0 * DEGREE;
 pub(super) const UPSIDE_DOWN: f64 = 150.0 * DEGREE;
 
 pub const ZERO: &str = "zero at rest";
-const NOISE: &str = "noise at rest";
+pub const NOISE: &str = "noise at rest";
 
 impl Recorded {
     /// The unit in which it is shown, and the factor from SI to it.
@@ -318,7 +318,7 @@ fn white(x: &Recorded) -> f64 {
 }
 
 /// The noise of a channel; `others` is the largest of its kind.
-fn noise(x: &Recorded, others: f64) -> Finding {
+pub fn noise(x: &Recorded, others: f64) -> Finding {
     let deviation = white(x);
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
     let (unit, factor) = x.shown_in();
@@ -347,6 +347,10 @@ fn noise(x: &Recorded, others: f64) -> Finding {
         ))
     } else if deviation > UNIT_RATIO * x.noise {
         finding.fault(format!("check the unit ({units})"))
+    } else if deviation > MOTOR_RATIO * x.noise {
+        finding.fault(format!(
+            "check the unit ({units}); else state the measured noise in the budget, or find its cause"
+        ))
     } else {
         finding.fault("state the measured noise in the budget, or find its cause")
     }

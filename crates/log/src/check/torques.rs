@@ -36,6 +36,8 @@ const TURNS: f64 = 0.2;
 const WRAPS: usize = 4;
 /// Share of the range between the values of both signs that is empty if they are read as unsigned.
 const EMPTY: f64 = 0.5;
+/// How far from the ends of the range, over the range of the values of one sign, a jump of unsigned numbers begins.
+const FROM_END: f64 = 0.3;
 /// A unit of the readings over their stated noise beyond which the unit is the error: its own is
 /// `1/sqrt(12)` of it.
 const COARSE: f64 = 4.0;
@@ -191,7 +193,7 @@ impl Torque {
         let rough =
             |[figure, remedy]: [String; 2]| Some(Finding::ok(TEST, channel, figure).fault(remedy));
         let lost = |words| Some(rough(words)?.change([Change::Remove(channel)]));
-        if let Some(range) = unsigned(&self.values) {
+        if let Some(range) = range_of_overflow(&self.values) {
             return lost([
                 format!("jumps to and fro over an empty range, by {range:.3} N m"),
                 format!(
@@ -322,8 +324,9 @@ fn speeds(frames: &[SensorFrame], wheel: usize) -> Vec<f64> {
     (0..frames.len()).map(speed).collect()
 }
 
-/// The distance of the ends over which readings jump to and fro, N m, if between them lies nothing.
-fn unsigned(values: &[f64]) -> Option<f64> {
+/// The distance of the ends over which readings jump to and fro, N m, if between them lies nothing: negative numbers that
+/// are read as unsigned.
+pub fn range_of_overflow(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let [least, .., most] = sorted[..] else {
@@ -341,5 +344,17 @@ fn unsigned(values: &[f64]) -> Option<f64> {
     // Wild values jump as well, but not to the end of a range at which small ones begin.
     let at_ends = jumps.iter().filter(|jump| **jump > 0.8 * (most - least));
     let alike = 10 * at_ends.count() > 9 * jumps.len();
+    // What passes zero begins at the ends of both parts; a number that stands for no reading is one, and comes from anywhere.
+    let (low, high) = sorted.split_at(sorted.partition_point(|x| *x <= below));
+    let (few, many) = if low.len() < high.len() {
+        (low, high)
+    } else {
+        (high, low)
+    };
+    let width_of = |part: &[f64]| part[part.len() - 1] - part[0];
+    let short = median(jumps.iter().map(|jump| most - least - jump).collect()).unwrap_or(0.0);
+    if width_of(few) <= 0.0 || short > FROM_END * width_of(many) {
+        return None;
+    }
     (jumps.len() >= WRAPS && alike).then(|| median(jumps).unwrap_or(most - least))
 }

@@ -1,6 +1,6 @@
 //! A log description with every choice made.
 
-use super::mapping::Mapping;
+use super::mapping::{Mapping, StatedAt};
 use crate::estimators::{self, EstimatorChoice, PRESETS};
 use crate::model_error::ModelErrorTooLarge;
 use crate::robot::RobotChoice;
@@ -48,6 +48,8 @@ pub struct LogChoice {
     /// `sides`: whether the log is of one side of a robot with two, of a robot in the plane, or of
     /// both sides.
     pub sides: LogSides,
+    /// Where that is stated.
+    pub sides_at: StatedAt,
     /// The keys that are stated, of those of which that counts: `sides`, `robot`, the errors of a robot, and what else
     /// follows from the robot or the log.
     pub stated: BTreeSet<&'static str>,
@@ -88,6 +90,7 @@ impl Default for LogChoice {
         Self {
             name: None,
             sides: LogSides::OneOfTwo,
+            sides_at: StatedAt::default(),
             stated: BTreeSet::new(),
             robot: scene.robot,
             body: None,
@@ -132,6 +135,7 @@ impl LogChoice {
             name: Some(scene.name.clone()),
             // The simulated robot.
             sides: LogSides::Plane,
+            sides_at: StatedAt::default(),
             stated: STATED.split(' ').filter(|key| *key != "sides").collect(),
             robot: RobotChoice::new(geometry, mass, robot),
             body: (spec.imu == ImuPlace::Body).then_some([spec.inclination_noise, spec.rate_noise]),

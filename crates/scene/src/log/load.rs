@@ -2,7 +2,7 @@
 
 use super::choice::{LogChoice, LogSides, STATED};
 use super::frame::READINGS;
-use super::mapping::{self, CHANNELS};
+use super::mapping::{self, CHANNELS, StatedAt};
 use super::reading::{IMUS, READING};
 use crate::estimators::Estimators;
 use crate::robot::{ROBOT, RobotChoice};
@@ -406,6 +406,18 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
     reader.table(LOG, root, "", &mut choice);
     if has("drive.viscous_damping") && !has("estimator") {
         choice.estimators.iter_mut().for_each(|e| e.damping = None);
+    }
+    if let Some(sides) = root.get("sides") {
+        choice.sides_at = StatedAt::of(sides);
+    }
+    let tables = root
+        .get("channel")
+        .and_then(Node::array)
+        .unwrap_or_default();
+    if let Some(mapping) = &mut choice.mapping {
+        for (channel, node) in mapping.channels.iter_mut().zip(tables) {
+            channel.table_at = node.get("table").map(StatedAt::of).unwrap_or_default();
+        }
     }
     if let (true, Some(mapping)) = (maps, &choice.mapping) {
         mapping::check(reader, root, mapping);

@@ -3,6 +3,7 @@
 use super::frame::{Reading, is_of_body, is_of_both};
 use super::reading::{ANY, ImuChoice, ReadingChoice};
 use robhaz_keys::prelude::*;
+use std::fmt;
 
 /// The columns of a log and the readings that follow from them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +20,30 @@ pub struct Mapping {
     pub imus: Vec<ImuChoice>,
 }
 
+/// Where a key is stated, file and line, for messages: no part of what it states.
+#[derive(Clone, Default)]
+pub struct StatedAt(pub String);
+
+impl StatedAt {
+    /// The place of a key.
+    pub(super) fn of(node: &Node) -> Self {
+        let origin = &node.origin;
+        Self(format!("{}:{}", origin.source.text.name(), origin.line()))
+    }
+}
+
+impl PartialEq for StatedAt {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl fmt::Debug for StatedAt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("-")
+    }
+}
+
 /// A table or topic: rows with time stamps of one clock.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChannelChoice {
@@ -26,6 +51,8 @@ pub struct ChannelChoice {
     pub name: String,
     /// A file beside the log, or in its folder. Empty for the log itself.
     pub table: String,
+    /// Where that is stated.
+    pub table_at: StatedAt,
     /// A topic of the log. Empty for a table.
     pub topic: String,
     /// The column of the time; for a topic `header` or `log`. Empty for the default.

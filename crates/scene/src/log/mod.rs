@@ -18,5 +18,5 @@ pub use choice::{EstimatorError, LogChoice, LogSides};
 pub use frame::{Reading, Values, coupling_angle, frame, whole_frame};
 pub(crate) use load::LOG;
 pub use load::log_reference;
-pub use mapping::{ChannelChoice, Mapping};
+pub use mapping::{ChannelChoice, Mapping, StatedAt};
 pub use reading::{ImuChoice, InclinationSource, ReadingChoice, World};

@@ -158,9 +158,19 @@ fn check(reader: &mut Reader, node: &Node, path: &str, reading: &mut ReadingChoi
     let offset = offset.and_then(|n| reader.number(&number, n, &join(path, "offset")));
     let mut needs = |key: &str, value: f64, needed: bool| {
         if needed && value <= 0.0 {
-            let at = node.get(key).or(node.get("unit")).unwrap_or(node);
-            let allowed = format!("{key} above 0, which unit = \"{unit}\" needs");
-            reader.refuse(at, &join(path, key), &allowed);
+            let (at, path, allowed) = match (node.get(key), node.get("unit")) {
+                (None, Some(unit)) => (
+                    unit,
+                    join(path, "unit"),
+                    format!("with the key {key} above 0 beside it, which is missing"),
+                ),
+                (at, _) => (
+                    at.unwrap_or(node),
+                    join(path, key),
+                    format!("{key} above 0, which unit = \"{unit}\" needs"),
+                ),
+            };
+            reader.refuse(at, &path, &allowed);
         } else if !needed {
             let allowed = format!("no {key}: unit = \"{unit}\" does not need it");
             reader.refuse_given(node, path, key, &allowed);

@@ -6,7 +6,7 @@ use super::frames::{
 };
 use crate::check::recording::{add, steps};
 use crate::check::way::{Way, range};
-use crate::check::{Channel, Finding, StatedBoth, dead, rest, still};
+use crate::check::{Channel, Finding, Recorded, StatedBoth, dead, rest, still};
 use crate::frames::side_frame;
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
@@ -123,6 +123,33 @@ pub fn stuck(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
     others.into_iter().map(finding).chain(dead).collect()
 }
 
+/// The noise at rest of the two angles that no side has by itself: of the coupling and of the roll.
+pub fn noise_at_rest(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
+    let Some(rest) = frames::rest(frames) else {
+        return Vec::new();
+    };
+    let [.., (coupling, of_coupling), _, (roll, of_roll), _, _, _] = readings(stated.rover);
+    let (pin, inclination) = (stated.joint[0], stated.settings.budget.inclination_noise);
+    let noise = |name: &str, of: Of, channel, noise| {
+        let values = rest.iter().filter_map(|f| of(f));
+        let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        let channel = Recorded {
+            channel,
+            noise,
+            values,
+        };
+        let finding = rest::noise(&channel, 0.0);
+        Finding {
+            channel: name.to_owned(),
+            ..finding
+        }
+    };
+    vec![
+        noise(coupling, of_coupling, Channel::Pin, pin),
+        noise(roll, of_roll, Channel::BodyInclination, inclination),
+    ]
+}
+
 /// The sign of the yaw rate against the wheels: in a turn to the left the right ones are faster.
 pub fn yaw(frames: &[WholeFrame], rover: &WholeRover, budget: &NoiseBudget) -> Finding {
     let (mut products, mut squares, mut turned, mut time) = (0.0, 0.0, 0.0_f64, 0.0);
@@ -219,6 +246,34 @@ mod tests {
         frames.retain(|f| !(2.0..6.0).contains(&f.time));
         let found = yaw(&frames, &rover(), &NoiseBudget::typical());
         assert_eq!(found.verdict, Verdict::Ok);
+    }
+
+    /// A roll, and a coupling in another unit, that are too loud at rest, by deviations of 5 deg and of 57 times 0.05 deg.
+    #[test]
+    fn noise_at_rest_is_tested() {
+        let rover = rover();
+        let verdicts = |[coupling, roll]: [f64; 2]| {
+            let frames = turn_left(|f| {
+                let white = (7.7e4 * f.time).sin() * std::f64::consts::SQRT_2;
+                f.wheel_angle = [Some(0.0); 6];
+                f.coupling = Some((coupling * white).to_radians());
+                f.roll = Some((roll * white).to_radians());
+            });
+            let found = noise_at_rest(&frames, &stated(&rover));
+            let of = |f: Finding| (f.channel, f.verdict, f.remedy.unwrap_or_default());
+            found.into_iter().map(of).collect::<Vec<_>>()
+        };
+        let [(coupling, of_coupling, _), (roll, of_roll, _)] = &verdicts([0.05, 0.1])[..] else {
+            panic!("two")
+        };
+        assert_eq!([coupling, roll], ["differential_angle", "body_roll"]);
+        assert_eq!([of_coupling, of_roll], [&Verdict::Ok; 2]);
+        let loud = verdicts([57.3 * 0.05, 5.0]);
+        assert!(
+            loud.iter()
+                .all(|(_, verdict, _)| *verdict == Verdict::Fault)
+        );
+        assert!(loud[0].2.contains("check the unit"), "{loud:?}");
     }
 
     /// A gyroscope with a bias of 3 deg/s that drives straight on for 10 s: it does not turn where that is stated, a rest

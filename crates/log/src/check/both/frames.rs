@@ -86,6 +86,13 @@ pub fn start(frames: &[WholeFrame]) -> &[WholeFrame] {
     &frames[..frames.partition_point(|f| f.time < first.time + START)]
 }
 
+/// The frames of a rest before the first motion; `None` of one that is too short.
+pub fn rest(frames: &[WholeFrame]) -> Option<Vec<&WholeFrame>> {
+    let rest: Vec<&WholeFrame> = standing(frames).collect();
+    let (from, to) = rest.first().zip(rest.last())?;
+    (to.time - from.time > SHORTEST).then_some(rest)
+}
+
 /// The frames before the wheels turn.
 fn standing(frames: &[WholeFrame]) -> impl Iterator<Item = &WholeFrame> {
     /// Turn of a wheel within which the rover stands, rad: two counts of a coarse encoder.
@@ -104,13 +111,13 @@ pub fn yaw_bias(frames: &[WholeFrame], budget: &NoiseBudget) -> [f64; 2] {
     /// Standard deviation of a median over that of the mean: the wheels start before they show it.
     const OF_MEDIAN: f64 = 1.2533;
     let stated = budget.rate_bias;
-    let rest: Vec<&WholeFrame> = standing(frames).collect();
-    let time = rest.first().zip(rest.last());
-    let is_rest = time.is_some_and(|(from, to)| to.time - from.time > SHORTEST);
+    let Some(rest) = rest(frames) else {
+        return [0.0, stated];
+    };
     let rates: Vec<f64> = rest.iter().filter_map(|f| f.rates[2]).collect();
     // A count of readings.
     let noise = OF_MEDIAN * budget.rate_noise / (rates.len() as f64).sqrt();
-    match median(rates).filter(|_| is_rest && stated > 0.0) {
+    match median(rates).filter(|_| stated > 0.0) {
         None => [0.0, stated],
         Some(shown) => {
             let share = stated * stated / (stated * stated + noise * noise);

@@ -22,7 +22,7 @@ pub use contradiction::{Consistency, contradiction};
 use crate::check::{
     BodyNoise, Finding, Level, RIGHT_FILE, SIDES, Stated, StatedBoth, UNITS, Verdict, check_side,
     check_start, clock, delay, drive, ground, in_step, is_of_robot_file, left_out, level, limits,
-    links, on_links, rest, speeds, start, way, wheels,
+    links, on_links, rest, speeds, start, torque_spikes, way, wheels,
 };
 use crate::frames::side_frame;
 use rayon::prelude::*;
@@ -78,7 +78,13 @@ pub fn check_both(
     stated: &StatedBoth<'_>,
     known: Option<&Consistency>,
 ) -> Vec<Finding> {
-    let frames = &frames::without_yaw_bias(frames, &stated.settings.budget);
+    let torques: fn(&mut WholeFrame) -> &mut [Option<f64>; 6] = |f| &mut f.motor_torque;
+    let (side, noise) = (&stated.rover.side, stated.settings.budget.torque_noise);
+    let (found, frames) = torque_spikes::findings(frames, |f| f.time, torques, side, noise);
+    let of_torques = found
+        .into_iter()
+        .map(|(i, f)| of_named_side(f, SIDE_NAMES[i / 3]));
+    let frames = &frames::without_yaw_bias(&frames, &stated.settings.budget);
     let left: Vec<SensorFrame> = frames.iter().map(|frame| side_frame(frame, 0)).collect();
     let mut stated = *stated;
     let of_stamps = clock::jitter(&left, &mut stated.settings.budget);
@@ -97,11 +103,22 @@ pub fn check_both(
         let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
         return unusable.into_iter().chain([of_stamps, others]).collect();
     }
-    let mut findings = vec![of_stamps];
+    let mut findings: Vec<Finding> = [of_stamps].into_iter().chain(of_torques).collect();
     let sides = SIDE_NAMES.into_par_iter().enumerate();
     let sides = sides.map(|(side, name)| of_side(frames, stated, side, name));
     findings.extend(sides.collect::<Vec<_>>().into_iter().flatten());
     findings.extend(moving);
+    let noise = across::noise_at_rest(frames, stated);
+    // Of a coupling that is too loud the inclination of each side is made.
+    if noise
+        .iter()
+        .any(|f| f.is_fault() && f.channel != "body_roll")
+    {
+        let is_of_inclination =
+            |f: &Finding| f.test == rest::NOISE && f.channel.ends_with("body_inclination");
+        findings.retain(|f| !is_of_inclination(f));
+    }
+    findings.extend(noise);
     // A way, or a robot, that is another one for a side is so for both together.
     let is_unit =
         |f: &Finding| start::is_of_unit(f) || f.is_fault() && f.test == links::ACCELERATION;
