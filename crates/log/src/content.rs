@@ -196,16 +196,14 @@ pub fn use_contact_angles(
             reading.name()
         ));
     }
-    let some = match absent.len() {
-        1 | 2 if options.contact_angles != Some(false) => {
-            let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
-            format!(
-                "the log has no {}, and contact angles count of all three wheels or of none: the others are left out",
-                absent.join(", ")
-            )
-        }
-        _ => String::new(),
-    };
+    let some = (1..3).contains(&absent.len()) && options.contact_angles != Some(false);
+    let some = some.then(|| {
+        let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
+        format!(
+            "the log has no {}, and contact angles count of all three wheels or of none: the others are left out",
+            absent.join(", ")
+        )
+    });
     let needing = choice.needing_contact_angles();
     if options.contact_angles == Some(true) && !absent.is_empty() && !needing.is_empty() {
         let absent: Vec<&str> = absent.iter().map(|r| r.name()).collect();
@@ -230,18 +228,8 @@ pub fn use_contact_angles(
     if !could.is_empty() {
         notice += &format!("; {} runs without them", could.join(" or "));
     }
-    let notices = [
-        some,
-        if left_out.is_empty() {
-            String::new()
-        } else {
-            notice
-        },
-    ];
-    let notices: Vec<String> = notices
-        .into_iter()
-        .filter(|text| !text.is_empty())
-        .collect();
+    let notices = [some, (!left_out.is_empty()).then_some(notice)];
+    let notices: Vec<String> = notices.into_iter().flatten().collect();
     Ok((!notices.is_empty()).then(|| notices.join("; ")))
 }
 

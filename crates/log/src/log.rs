@@ -2,7 +2,7 @@
 
 use crate::bag::is_mcap;
 use crate::check::{
-    Consistency, Level, StatedBoth, certain, contradiction, signs_are_lost, without_wrong_torques,
+    Consistency, Level, StatedBoth, certain, contradiction, signs_are_lost, torque_spikes,
 };
 use crate::place::no_table;
 use crate::survey::survey;
@@ -265,11 +265,16 @@ fn of_other_unit(report: &ChannelReport) -> String {
 fn level(frames: &Frames, choice: &LogChoice) -> Level {
     let robot = &choice.robot.robot;
     let settings = choice.stated(EstimatorSettings::kalman());
+    let noise = settings.budget.torque_noise;
     match choice.sides {
-        LogSides::Both => Level::of_both(&frames.all_of_both(), robot, &settings),
+        LogSides::Both => {
+            let frames = frames.all_of_both();
+            let (_, frames) = torque_spikes::of_both(&frames, robot, noise);
+            Level::of_both(&frames, robot, &settings)
+        }
         _ => {
-            let (frames, noise) = (frames.all_of_links(), settings.budget.torque_noise);
-            let (_, frames) = without_wrong_torques(&frames, robot, noise);
+            let frames = frames.all_of_links();
+            let (_, frames) = torque_spikes::of_side(&frames, robot, noise);
             Level::of_side(&frames, robot, &settings)
         }
     }

@@ -63,7 +63,7 @@ mod speeds;
 mod start;
 mod stated;
 mod still;
-mod torque_spikes;
+pub(crate) mod torque_spikes;
 mod torques;
 mod way;
 mod wheels;
@@ -85,7 +85,6 @@ pub(crate) use rewire::{Change, Channel};
 use self::recording::LARGEST_TURN;
 use robhaz_estimator::{EstimatorSettings, PAIRINGS, SensorFrame, Sides};
 use robhaz_model::Robot;
-use std::borrow::Cow;
 
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
@@ -108,7 +107,7 @@ fn check_side(
     };
     stated.settings.method = usual.method;
     let budget = &mut stated.settings.budget;
-    let (of_torques, without) = without_wrong_torques(frames, stated.robot, budget.torque_noise);
+    let (of_torques, without) = torque_spikes::of_side(frames, stated.robot, budget.torque_noise);
     let (of_jumps, mended) = jumps::findings(&without, stated.robot, budget.encoder_counts);
     let mut findings = vec![clock::finding(&mended)];
     findings.extend((!is_of_both).then(|| clock::jitter(&mended, budget)));
@@ -122,7 +121,7 @@ fn check_side(
         log.pushed = Level::of_side(&log.frames, stated.robot, &stated.settings).pushed;
     }
     log.take(of_jumps);
-    log.take(of_torques);
+    log.take(of_torques.into_iter().map(|(_, finding)| finding));
     if let Some(speeds) = speeds::finding(&log.frames, &stated) {
         log.take([speeds, left_out("they need angles of the wheels")]);
         return log.report();
@@ -145,20 +144,6 @@ fn check_side(
         _ => log.check_by_ground(forward),
     }
     log.report()
-}
-
-/// The findings of wrong torques, and the frames without them.
-pub fn without_wrong_torques<'a>(
-    frames: &'a [SensorFrame],
-    robot: &Robot,
-    noise: f64,
-) -> (Vec<Finding>, Cow<'a, [SensorFrame]>) {
-    let torques: fn(&mut SensorFrame) -> &mut [Option<f64>; 3] = |f| &mut f.motor_torque;
-    let (found, without) = torque_spikes::findings(frames, |f| f.time, torques, robot, noise);
-    (
-        found.into_iter().map(|(_, finding)| finding).collect(),
-        without,
-    )
 }
 
 /// What the start of one side of two shows alone: signs, and the size of the torques.

@@ -3,7 +3,8 @@
 
 use crate::check::torques::range_of_overflow;
 use crate::check::{Channel, Finding};
-use robhaz_estimator::LARGEST_TORQUE;
+use robhaz_estimator::whole::WholeFrame;
+use robhaz_estimator::{LARGEST_TORQUE, SensorFrame};
 use robhaz_model::{Robot, Units};
 use std::borrow::Cow;
 
@@ -16,15 +17,28 @@ const MANY: f64 = 0.05;
 
 const TEST: &str = "spikes";
 
-/// A finding for each torque with such readings, of N a frame, and the frames without them. `noise` is the stated one,
-/// N m.
-pub fn findings<'a, F: Clone, const N: usize>(
+/// The findings, each with the number of its torque, and the frames.
+type Found<'a, F> = (Vec<(usize, Finding)>, Cow<'a, [F]>);
+
+/// Those of one side: a finding for each torque with such readings, and the frames without them. `noise` is the stated
+/// one, N m.
+pub fn of_side<'a>(frames: &'a [SensorFrame], robot: &Robot, noise: f64) -> Found<'a, SensorFrame> {
+    findings(frames, |f| f.time, |f| &mut f.motor_torque, robot, noise)
+}
+
+/// The same of both sides, with one side of the rover.
+pub fn of_both<'a>(frames: &'a [WholeFrame], side: &Robot, noise: f64) -> Found<'a, WholeFrame> {
+    findings(frames, |f| f.time, |f| &mut f.motor_torque, side, noise)
+}
+
+/// The same of frames with N torques.
+fn findings<'a, F: Clone, const N: usize>(
     frames: &'a [F],
     time: fn(&F) -> f64,
     torques: fn(&mut F) -> &mut [Option<f64>; N],
     robot: &Robot,
     noise: f64,
-) -> (Vec<(usize, Finding)>, Cow<'a, [F]>) {
+) -> Found<'a, F> {
     let (mut found, mut mended) = (Vec::new(), Cow::Borrowed(frames));
     for i in 0..N {
         let read = |frame: &F| (time(frame), torques(&mut frame.clone())[i]);
@@ -99,7 +113,6 @@ fn wrong(read: &[(f64, Option<f64>)], robot: &Robot, noise: f64) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use robhaz_estimator::SensorFrame;
 
     fn found(change: impl Fn(usize) -> Option<f64>) -> (Vec<(usize, Finding)>, Vec<SensorFrame>) {
         let frame = |k: usize| {
@@ -111,8 +124,7 @@ mod tests {
             }
         };
         let frames: Vec<SensorFrame> = (0..1000).map(frame).collect();
-        let torques: fn(&mut SensorFrame) -> &mut [Option<f64>; 3] = |f| &mut f.motor_torque;
-        let (found, mended) = findings(&frames, |f| f.time, torques, &Robot::default_a(), 0.1);
+        let (found, mended) = of_side(&frames, &Robot::default_a(), 0.1);
         (found, mended.into_owned())
     }
 

@@ -78,9 +78,8 @@ pub fn check_both(
     stated: &StatedBoth<'_>,
     known: Option<&Consistency>,
 ) -> Vec<Finding> {
-    let torques: fn(&mut WholeFrame) -> &mut [Option<f64>; 6] = |f| &mut f.motor_torque;
     let (side, noise) = (&stated.rover.side, stated.settings.budget.torque_noise);
-    let (found, frames) = torque_spikes::findings(frames, |f| f.time, torques, side, noise);
+    let (found, frames) = torque_spikes::of_both(frames, side, noise);
     let of_torques = found
         .into_iter()
         .map(|(i, f)| of_named_side(f, SIDE_NAMES[i / 3]));
