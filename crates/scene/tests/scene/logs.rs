@@ -127,7 +127,7 @@ fn problems_name_line_key_and_remedy() {
     let found = problems(text);
     for expected in [
         "s.toml:4: reading.wheel1_angle.counts: found",
-        "counts above 0, which unit = \"counts\" needs",
+        "with the key counts above 0 beside it",
         "s.toml:5: reading.wheel2_angle.unit: found \"A\", allowed: \"rad\", \"deg\", \"turns\", \"counts\"",
         "s.toml:6: reading.wheel1_motor_torque.channel: found \"b\", allowed: \"a\"",
         "s.toml:6: reading.wheel1_motor_torque.counts: found 3, allowed: no counts",
