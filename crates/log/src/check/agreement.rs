@@ -174,8 +174,10 @@ pub fn of_scale(
     };
     if scale.confirmation == Confirmation::Contradicts && !is_scale {
         let [fits, error] = [scale.ratio, scale.sigma].map(|of| of * robot.mass.total());
+        // Three digits of a light robot; the cast saturates.
+        let places = (2.0 - robot.mass.total().log10().floor()).clamp(1.0, 9.0) as usize;
         let figure = format!(
-            "the torques do not lift the robot as its links say: they would fit {fits:.1} +- {error:.1} kg a side, which no scale and no mass explains"
+            "the torques do not lift the robot as its links say: they would fit {fits:.places$} +- {error:.places$} kg a side, which no scale and no mass explains"
         );
         return finding(figure).fault(
             "a zero of an inclinometer or a gyroscope explains it, or one that sits on another link, or is late: stand for a second on level ground, where all read 0, state their offsets, and check what each is mounted on",

@@ -126,8 +126,8 @@ fn problems_name_line_key_and_remedy() {
                 link2_inclination = { column = \"q\", gear_ratio = 80 }\nlink1_rate = { column = \"z\" }\n[imu.link1]\nup = \"+x\"\n[budget]\ntorque_nois = 1\n";
     let found = problems(text);
     for expected in [
-        "s.toml:4: reading.wheel1_angle.counts: found",
-        "counts above 0, which unit = \"counts\" needs",
+        "s.toml:4: reading.wheel1_angle.unit: found",
+        "with the key counts above 0 beside it",
         "s.toml:5: reading.wheel2_angle.unit: found \"A\", allowed: \"rad\", \"deg\", \"turns\", \"counts\"",
         "s.toml:6: reading.wheel1_motor_torque.channel: found \"b\", allowed: \"a\"",
         "s.toml:6: reading.wheel1_motor_torque.counts: found 3, allowed: no counts",
