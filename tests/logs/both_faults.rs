@@ -173,11 +173,11 @@ fn an_estimate_says_that_readings_contradict_each_other() {
     for (log, expected) in [
         (
             exchanged("left_pin_angle", "right_pin_angle"),
-            "exchanged, or a sign turned",
+            "exchange the columns of left_pin_angle and right_pin_angle",
         ),
         (
             exchanged(",left_wheel", ",right_wheel"),
-            "exchanged, or a sign turned",
+            "exchange the columns of left_wheel1_angle and right_wheel1_angle",
         ),
     ] {
         std::fs::write(&wrong, log).unwrap();

@@ -36,16 +36,16 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
     if names.iter().any(|name| name.contains('\u{fffd}')) {
         return Err(not_a_table("its first line is no UTF-8"));
     }
+    if names.iter().all(|name| decimal(name).is_some()) {
+        let reason = format!("line {line} has numbers, not names");
+        return Err(not_a_table(&reason));
+    }
     if let [name] = &names[..] {
         let reason = format!(
             "line {line} has one name, {:?}, and the times need a column of their own; allowed between columns: comma, semicolon or tab",
             shortened(name)
         );
         return Err(LogError::format(path, "CSV", reason));
-    }
-    if names.iter().all(|name| decimal(name).is_some()) {
-        let reason = format!("line {line} has numbers, not names");
-        return Err(not_a_table(&reason));
     }
     if let Some((again, message)) = repeated(names.iter()) {
         let place = format!("line {line}, column {again}");

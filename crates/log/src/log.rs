@@ -238,7 +238,9 @@ fn jitter(
     let jitter = Jitter::of(&sides[0], choice.budget.encoder_counts);
     frames.leave_out_gaps(&jitter);
     let robot = &choice.robot.robot;
-    let lost = sides.iter().any(|side| signs_are_lost(side, robot));
+    let noise = choice.budget.torque_noise;
+    let lost = |side: &Vec<_>| signs_are_lost(&torque_spikes::of_side(side, robot, noise).1, robot);
+    let lost = sides.iter().any(lost);
     if !options.allows_empty && lost {
         return Err(LogError::whole(
             frames.source(),

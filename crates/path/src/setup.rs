@@ -114,9 +114,12 @@ impl PathSetup {
         let fastest = (scene.drive.torque_limit - scene.drive.gear_friction)
             / scene.drive.viscous_damping
             * robot.geometry.wheel_radius;
+        if options.drive != DriveKind::Ideal && fastest <= 0.0 {
+            return refused("drive.torque_limit must be above drive.gear_friction".to_owned());
+        }
         if options.drive != DriveKind::Ideal && speed >= fastest {
             return refused(format!(
-                "drive.speed is {speed} m/s; it must be below {fastest:.2} m/s, where damping and gear friction take all of drive.torque_limit"
+                "drive.speed is {speed} m/s; it must be below {fastest:.4} m/s, where damping and gear friction take all of drive.torque_limit"
             ));
         }
         let terrain = scene.terrain.build(robot);

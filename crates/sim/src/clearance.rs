@@ -75,26 +75,18 @@ impl ClearanceMeter {
     /// Clearance of the bars at their places, in the order of [`Bar::ALL`]. Nothing is known of a
     /// place that is not finite.
     pub fn measure(&mut self, bars: &[BarPlace; 4]) -> Clearances {
-        self.measure_below(bars, f64::INFINITY)
-            .unwrap_or(Clearances::of([f64::NAN; 4]))
-    }
-
-    /// As [`Self::measure`]; `None` where no bar touches the ground, none did when it was last
-    /// measured, and no clearance is below `bound` (m). Most records of a run need no measurement
-    /// to know that.
-    pub fn measure_below(&mut self, bars: &[BarPlace; 4], bound: f64) -> Option<Clearances> {
+        let unknown = Clearances::of([f64::NAN; 4]);
         if !bars.iter().all(BarPlace::is_finite) {
-            return Some(Clearances::of([f64::NAN; 4]));
+            return unknown;
         }
         self.keep_ground_at(bars[Bar::Body as usize].centre.x);
-        let (_, ground) = self.ground.as_ref()?;
-        let half_width = self.half_width;
         let at_least = |(bar, part): &(Bar, Part)| part.at_least(&bars[*bar as usize]);
         let found = self.parts.iter().map(at_least).enumerate();
-        let (nearest, distance) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        if distance - half_width > bound.max(0.0) {
-            return None;
-        }
+        let nearest = found.min_by(|a, b| a.1.total_cmp(&b.1));
+        let (Some((nearest, _)), Some((_, ground))) = (nearest, &self.ground) else {
+            return unknown;
+        };
+        let half_width = self.half_width;
         let mut each = [f64::INFINITY; 4];
         let mut least = f64::INFINITY;
         let (before, from) = self.parts.split_at_mut(nearest);
@@ -109,7 +101,7 @@ impl ClearanceMeter {
                 least = least.min(found);
             }
         }
-        Some(Clearances::of(each))
+        Clearances::of(each)
     }
 
     /// Clearance of each bar (m) in the order of [`Bar::ALL`], by parry2d's own search of the whole

@@ -301,8 +301,9 @@ impl Coordinate {
         let value = decimals.read(number, line)?;
         self.grouping.take(number, value, line);
         let length = value / per_metre;
-        if !length.is_finite() {
-            return Err(NUMBER.to_owned());
+        // Beyond it a micrometre is lost in rounding.
+        if length.is_nan() || length.abs() >= 1e9 {
+            return Err(NUMBER.to_owned() + ", below 1e9 m");
         }
         let first = *self.first.get_or_insert(length);
         let is_near = (length - first).abs() <= FARTHEST;

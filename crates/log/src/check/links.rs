@@ -366,6 +366,7 @@ pub fn delays(log: &Readings<'_>) -> Vec<Finding> {
     let of_link = |k: usize| {
         let finding = delay_of(log, &changes, k);
         let [delay, sigma] = ["delay", "deviation"].map(|name| finding.number(name).unwrap_or(0.0));
+        // A turn makes a gyroscope look late, and no inclinometer.
         let is_certain = delay > 0.0 || delay < -CERTAIN_BESIDE * sigma;
         finding.unless(
             log.has_other_side() && !is_certain,

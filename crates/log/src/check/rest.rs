@@ -33,8 +33,12 @@ const NOISE_RATIO: f64 = 2.0;
 /// likeliest cause: the smallest factor of a wrong unit is 57.3 (degrees), and no filter of a
 /// current takes away as much.
 const UNIT_RATIO: f64 = 40.0;
-/// The same of two torques of one robot, whose drives are alike: less than the gears of a wheel have.
+/// The same of the torques of one robot, whose drives are alike: less than the gears of a wheel have.
 const MOTOR_RATIO: f64 = 10.0;
+/// Noise over that of the budget from which on a wrong unit is one of the causes.
+const MUCH: f64 = 10.0;
+/// By how much a torque is quieter than others.
+const QUIETER: &str = "times as quiet";
 /// Inclination up to which a robot stands without torques, rad.
 const LEVEL: f64 = 3.0 * DEGREE;
 /// Inclination of a link beyond which no robot stands, rad.
@@ -143,8 +147,10 @@ pub fn findings(recording: &Recording, stated: &Stated<'_>) -> Vec<Finding> {
     findings.extend(rest.angles().map(|angle| rest.zero_of_angle(angle)));
     findings.extend(rest.zeros_of_torques());
     let others = rest.of(Channel::is_rate).chain(rest.angles());
-    findings.extend(others.map(|x| noise(x, x.noise)));
-    let of_torques = rest.torques().map(white).fold(0.0, f64::max);
+    findings.extend(others.map(|x| noise(x, None)));
+    // One that is loud by itself makes no other one quiet.
+    let of_torques = rest.torques().map(white).filter(|noise| noise.is_finite());
+    let of_torques = median(of_torques.collect());
     findings.extend(rest.torques().map(|x| noise(x, of_torques)));
     findings
 }
@@ -206,7 +212,7 @@ impl Rest<'_> {
         };
         let hangs = angle.channel.is_inclination()
             && angle.mean().abs() > UPSIDE_DOWN
-            && !noise(angle, angle.noise).is_fault();
+            && !noise(angle, None).is_fault();
         angle.zero(limit, |finding, mean| match hangs {
             true => upside_down(finding, angle.channel),
             false => inclination(finding, mean, &key),
@@ -299,7 +305,8 @@ pub fn is_of_torque(finding: &Finding) -> bool {
 /// Whether a channel whose name starts so was found suspiciously quiet: it may be in another unit.
 pub fn has_quiet(findings: &[Finding], channel: &str) -> bool {
     let is_quiet = |f: &Finding| {
-        f.test == NOISE && f.verdict == Verdict::CannotTell && f.channel.starts_with(channel)
+        let is_quiet = f.verdict == Verdict::CannotTell || f.number(QUIETER).is_some();
+        f.test == NOISE && is_quiet && f.channel.starts_with(channel)
     };
     findings.iter().any(is_quiet)
 }
@@ -317,9 +324,13 @@ fn white(x: &Recorded) -> f64 {
     thirds.map(rms).fold(f64::INFINITY, f64::min) / std::f64::consts::SQRT_2
 }
 
-/// The noise of a channel; `others` is the largest of its kind.
-pub fn noise(x: &Recorded, others: f64) -> Finding {
+/// The noise of a channel; `others` is the usual one of its kind, where there are others.
+pub fn noise(x: &Recorded, others: Option<f64>) -> Finding {
     let deviation = white(x);
+    if !deviation.is_finite() {
+        let finding = Finding::ok(NOISE, x.channel, "hardly a reading at rest");
+        return finding.cannot_tell("stand for some seconds before the drive");
+    }
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
     let (unit, factor) = x.shown_in();
     let finding = Finding::ok(NOISE, x.channel, figure).with("noise", factor * deviation, unit);
@@ -327,9 +338,10 @@ pub fn noise(x: &Recorded, others: f64) -> Finding {
     let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 / 3.0 * x.count()).sqrt());
     // No noise at all is that of an exact sensor.
     let has_noise = deviation > 1e-9;
-    if has_noise && deviation * MOTOR_RATIO < others && x.channel.is_torque() {
-        return finding.fault(format!(
-            "{:.0} times as quiet as that of another wheel: a torque of the motor's side (state gear_ratio), or a current (torque_constant)", others / deviation
+    let quieter = others.map_or(0.0, |others| others / deviation);
+    if has_noise && quieter > MOTOR_RATIO {
+        return finding.with(QUIETER, quieter, "-").fault(format!(
+            "{quieter:.0} times as quiet as those of other wheels: a torque of the motor's side (state gear_ratio), or a current (torque_constant)"
         ));
     }
     let is_quiet = has_noise && deviation * UNIT_RATIO < x.noise;
@@ -347,7 +359,7 @@ pub fn noise(x: &Recorded, others: f64) -> Finding {
         ))
     } else if deviation > UNIT_RATIO * x.noise {
         finding.fault(format!("check the unit ({units})"))
-    } else if deviation > MOTOR_RATIO * x.noise {
+    } else if deviation > MUCH * x.noise {
         finding.fault(format!(
             "check the unit ({units}); else state the measured noise in the budget, or find its cause"
         ))

@@ -8,9 +8,9 @@ use robhaz_estimator::{LARGEST_TORQUE, SensorFrame};
 use robhaz_model::{Robot, Units};
 use std::borrow::Cow;
 
-/// Step (N m) and slope (N m/s) of a torque of robot A within which it may change: those of the estimators' own gate.
+/// Step (N m) and slope (N m/s) of a torque of robot A within which it may change: what the estimators take at once.
 const REACH: [f64; 2] = [1.0, 100.0];
-/// Changes that nine of ten are within, times this, and deviations of the stated noise, that a jump is beyond.
+/// A jump is beyond so many times the change that nine of ten are within, and so many deviations of the stated noise.
 const UNUSUAL: f64 = 10.0;
 /// Share of the readings from which on those beyond the largest torque have another unit.
 const MANY: f64 = 0.05;
@@ -56,7 +56,8 @@ fn findings<'a, F: Clone, const N: usize>(
             .map(size)
             .max_by(|a, b| a.abs().total_cmp(&b.abs()));
         let largest = largest.unwrap_or(f64::NAN);
-        let (count, of) = (wrong.len(), read.len());
+        let of = read.iter().filter(|(_, value)| value.is_some()).count();
+        let count = wrong.len();
         let figure = format!(
             "wrong readings: {count} of {of}, first at {:.3} s, up to {} N m",
             read[first].0,
@@ -87,7 +88,10 @@ fn wrong(read: &[(f64, Option<f64>)], robot: &Robot, noise: f64) -> Vec<usize> {
         known.filter_map(|(k, (time, value))| Some((k, *time, value.filter(|v| !v.is_nan())?)));
     let (absurd, good): (Vec<_>, Vec<_>) =
         known.partition(|(.., value)| value.abs() > LARGEST_TORQUE * unit);
-    let all: Vec<f64> = read.iter().filter_map(|(_, value)| *value).collect();
+    let all: Vec<f64> = read
+        .iter()
+        .filter_map(|(_, value)| value.filter(|v| v.is_finite()))
+        .collect();
     // Counts.
     if absurd.len() as f64 > MANY * all.len() as f64 || range_of_overflow(&all).is_some() {
         return Vec::new();

@@ -425,7 +425,7 @@ fn bad_options_are_refused() {
     refuse(flat, Options::default(), "no path ahead");
     // 0.15 N m s and 10 N m: 66.7 rad/s on wheels of 0.1 m.
     let fast = "[drive]\nspeed = 7\n";
-    refuse(fast, driven(DriveKind::Speed, 0.8), "below 6.67 m/s");
+    refuse(fast, driven(DriveKind::Speed, 0.8), "below 6.6667 m/s");
     let still = setup(
         &kerb(0.05),
         &["drive.speed=0"],

@@ -16,8 +16,8 @@ pub fn report(reader: &mut Reader, table: &Node, path: &str, (key, message): Fau
 /// A part in words, its mass, kg, and its size, m.
 type Part = (&'static str, f64, f64);
 
-/// Inertia of a wheel with its rotor over mass and radius squared: a disc has a half, and none is all hub.
-const LEAST_OF_WHEEL: f64 = 0.05;
+/// Inertia of a wheel with its rotor over mass and radius squared, far below which none is: a disc has a half.
+const LEAST_OF_WHEEL: f64 = 1e-3;
 
 /// The key under `robot.mass` of an inertia beyond the mass of its part times the square of its size, or of a wheel that has
 /// next to none, and why.
@@ -40,7 +40,8 @@ pub(crate) fn impossible(robot: &Robot) -> Option<Fault> {
         let (_, own, radius) = wheel;
         let (least, found) = (LEAST_OF_WHEEL * own * radius * radius, mass.wheel_inertia + mass.rotor_inertia);
         let message = || format!(
-            "with rotor_inertia {found} kg m^2 is less than {} kg m^2, a twentieth of the mass of a wheel, {own} kg, times {radius} m squared; the unit is kg m^2",
+            "with rotor_inertia {} kg m^2 is less than {} kg m^2, a thousandth of the mass of a wheel, {own} kg, times {radius} m squared; the unit is kg m^2",
+            rounded(found),
             rounded(least)
         );
         (found < least).then(|| ("wheel_inertia", message()))

@@ -175,7 +175,7 @@ fn what_is_not_understood_is_said() {
         ),
         (
             b"x,y\n0,0\n1001,1\n",
-            "found \"1001\" in column \"x\", allowed: a number with a decimal point or comma and no thousands separators, from -1000 m to 1000 m",
+            "found \"1001\" in column \"x\", allowed: from -1000 m to 1000 m: x counts from where the robot starts",
         ),
         (
             b"x [mm],y\n0,0\n1 cm,1\n",

@@ -138,7 +138,7 @@ pub fn noise_at_rest(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Find
             noise,
             values,
         };
-        let finding = rest::noise(&channel, 0.0);
+        let finding = rest::noise(&channel, None);
         Finding {
             channel: name.to_owned(),
             ..finding

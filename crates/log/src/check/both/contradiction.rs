@@ -15,10 +15,10 @@
 
 use super::frames::{Correlation, LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
 use super::wiring::{Change, wired, wirings, words};
-use super::wirings::{LARGEST_MISFIT, roll_on_ground};
+use super::wirings::{LARGEST_MISFIT, LISTED, roll_on_ground};
 use super::{STRAIGHT, across, of_start, roll, steering, torques};
 use crate::check::recording::{add, driving_speed, part_of_drive};
-use crate::check::{Finding, StatedBoth, start};
+use crate::check::{Finding, StatedBoth, start, torque_spikes};
 use rayon::prelude::*;
 use robhaz_estimator::whole::{WholeEstimate, WholeFrame};
 use robhaz_estimator::{Confirmation, Flags};
@@ -232,6 +232,9 @@ fn direct(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Option<S
 
 /// Whether the readings agree, for an estimate.
 pub fn contradiction(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Consistency {
+    let (side, noise) = (&stated.rover.side, stated.settings.budget.torque_noise);
+    let (_, frames) = torque_spikes::of_both(frames, side, noise);
+    let frames = &frames;
     let pace = pace(frames, stated.rover);
     if let Some(words) = direct(frames, stated, pace) {
         return Consistency::contradicting(words);
@@ -258,7 +261,7 @@ pub fn sizes(frames: &[WholeFrame], stated: &StatedBoth<'_>, pace: f64) -> Findi
     let finding =
         |figure: String| Finding::ok("sizes and signs", "torques, coupling, roll", figure);
     match (found.contradiction, &found.unconfirmed[..]) {
-        (Some(words), _) => finding(words).fault("check wiring, sign, unit, gear ratio, torque constant or scale of that; where it is right, several faults are in the log"),
+        (Some(words), _) => finding(words).fault("do the first of these, and check again; where it is right as it is, the log has several faults"),
         (None, []) => finding("other ones agree less, or change the forces little".to_owned()),
         (None, all) => finding(all.join("; ")).cannot_tell(
             "roll: lift the left side by hand, then it must grow, or drive over bumps under one side; torques: drive over slopes with little torque of one wheel against another",
@@ -358,9 +361,8 @@ impl<'a> Compared<'a> {
     fn judged(&self, other: Change) -> Option<Judged> {
         let mut stated = *self.stated;
         let is_confirmed = match other {
-            Torques(_) | TorquesOf(..) => {
-                self.is_sized || self.own.weight == Some(Confirmation::Confirmed)
-            }
+            TorquesOf(..) => self.is_sized,
+            Torques(_) => self.is_sized || self.own.weight == Some(Confirmation::Confirmed),
             Roll | Axes => self.follows() > BEYOND,
             _ => false,
         };
@@ -419,6 +421,7 @@ impl<'a> Compared<'a> {
             .iter()
             .take_while(|other| best.evidence - other.evidence < AS_WELL);
         let as_well: String = as_well
+            .take(LISTED)
             .map(|other| format!(" (or {})", other.words))
             .collect();
         Consistency::contradicting(format!(

@@ -100,7 +100,9 @@ pub fn check_both(
     if !unusable.is_empty() {
         let remedy = "correct these readings first";
         let others = Finding::ok("other tests", "all", "left out").cannot_tell(remedy);
-        return unusable.into_iter().chain([of_stamps, others]).collect();
+        unusable.extend(of_torques);
+        unusable.extend([of_stamps, others]);
+        return unusable;
     }
     let mut findings: Vec<Finding> = [of_stamps].into_iter().chain(of_torques).collect();
     let sides = SIDE_NAMES.into_par_iter().enumerate();

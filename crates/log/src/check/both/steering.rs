@@ -131,23 +131,25 @@ fn unread(parts: &[Part<'_>], rover: &WholeRover) -> Option<Finding> {
     let geometry = &rover.side.geometry;
     let radius = geometry.wheel_radius;
     // What steered wheels roll more than the turn asks for along the rover: its square, that of the speed, and the product
-    // with what is read beyond the middle wheel.
+    // with what is read.
     let [mut asked, mut speed, mut product] = [0.0; 3];
     for part in parts {
         for side in [0, 1] {
             let out = if side == 0 { 1.0 } else { -1.0 };
-            let along = |i: usize| part.speed - part.rate * out * rover.half_tracks[i];
+            // Those of the middle wheels, which do not steer.
+            let middle = 0.5 * radius * (part.rims[1] + part.rims[4]);
+            let along = |i: usize| middle - part.rate * out * rover.half_tracks[i];
             let beyond = |i: usize| radius * part.rims[3 * side + i] - along(i);
             for end in [0, 2] {
                 let ahead = part.rate * (geometry.axles[end].x - geometry.axles[1].x);
                 let steered = along(end).hypot(ahead).copysign(along(end)) - along(end);
                 asked += steered * steered;
-                product += steered * (beyond(end) - beyond(1));
+                product += steered * beyond(end);
                 speed += part.speed * part.speed;
             }
         }
     }
-    /// Over the speed, from which on it shows.
+    /// Least way that steering adds, over the way, that shows.
     const LEAST: f64 = 0.01;
     let share = product / asked;
     let is_steered = asked > LEAST * LEAST * speed && (0.5..2.0).contains(&share);
@@ -155,7 +157,7 @@ fn unread(parts: &[Part<'_>], rover: &WholeRover) -> Option<Finding> {
         let figure = format!("front and rear wheels roll further than the turn asks for along the rover, by {share:.2} of what steered ones do");
         Finding::ok("steering and turn", "steering", figure)
             .with("ratio", share, "-")
-            .fault("map left_wheel1_steering and those of the other steered wheels: without them all wheels count as straight ahead")
+            .fault("of steered wheels map left_wheel1_steering and so on: without them all wheels count as straight ahead")
     })
 }
 

@@ -37,7 +37,7 @@ const AS_WELL: f64 = 1.05;
 /// Sum over that of the log as wired of an exchange that the torques ask for: other faults may be in both.
 const LARGEST_SUM: f64 = 1.2;
 /// So many of those are named.
-const LISTED: usize = 3;
+pub(super) const LISTED: usize = 3;
 /// Share of the frames from which on wheels are mostly dragged across.
 const MOSTLY: f64 = 0.3;
 /// Correlation that shows a sign.

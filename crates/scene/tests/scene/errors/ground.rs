@@ -53,7 +53,7 @@ fn points_of_the_ground() {
         })
     };
     assert!(read("x,y\r\n# a comment\r\n0,0\r\n\r\n1.5, 2e-2\r\n").is_ok());
-    let number = "allowed: a number with a decimal point or comma and no thousands separators, from -1000 m to 1000 m (separator comma)";
+    let number = "allowed: a number with a decimal point or comma and no thousands separators (separator comma)";
     for (line, cell) in [("1, high", "\"high\""), ("2", "nothing")] {
         let found = read(&format!("x, y\n0, 0\n{line}\n"))
             .map(|_| ())
