@@ -187,7 +187,7 @@ fn figures_say_what_they_show() {
         (
             "fig7_paper-body.svg",
             &[
-                "Normal forces, linkage mass lumped to the body (the paper&apos;s Fig. 7)",
+                "Normal forces, linkage mass lumped to the body (as the paper&apos;s Fig. 7)",
                 "normal force N (N)",
                 "Wheel 3 (rear)",
                 "RMSE over the three wheels 2.00 N",
