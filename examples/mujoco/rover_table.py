@@ -23,7 +23,9 @@ from whole_rover import CASES, TRIPLE_BOGIE
 HERE = Path(__file__).resolve().parent
 ROVER = HERE.parents[1] / "robots/open-source-rover.toml"
 # What has no error in the world.
-EXACT = "[budget]\n" + "".join(f"{key} = 0\n" for key in ("body_cg", "link_masses", "gear_friction", "rolling_resistance", "toe"))
+EXACT = "[budget]\n" + "".join(
+    f"{key} = 0\n" for key in ("body_cg", "link_masses", "gear_friction", "rolling_resistance", "toe")
+)
 SETTLED = 2.5  # s, from which errors count
 SIDE_TRUTH = (("normal_force", "in_plane_normal_force"), ("traction", "traction"))
 
@@ -68,15 +70,23 @@ def simulate(case: str, seeds: list[str], folder: Path, draw: bool) -> None:
 
 
 def of_one_side(folder: Path, case: str, seed: str, side: str) -> str:
-    """Writes a log and a truth of a side alone, whose bogie and rocker have an inclinometer and a gyroscope. Returns the
-    case's name in their files."""
-    sign, random = (1, np.random.default_rng(int(seed))) if side == "left" else (-1, np.random.default_rng(1000 + int(seed)))
+    """Writes a log and a truth of a side alone, whose bogie and rocker have an inclinometer and a gyroscope. Returns
+    the case's name in their files."""
+    sign, series = (1, 0) if side == "left" else (-1, 1000)
+    random = np.random.default_rng(series + int(seed))
     name = f"{case}-{side}"
     files = [folder / f"{case}-log-{seed}.csv", folder / f"{case}-{seed}.csv"]
     written = [folder / f"{name}-log-{seed}.csv", folder / f"{name}-{seed}.csv"]
-    with files[0].open() as log, files[1].open() as truth, written[0].open("w") as side_log, written[1].open("w") as side_truth:
+    with (
+        files[0].open() as log,
+        files[1].open() as truth,
+        written[0].open("w") as side_log,
+        written[1].open("w") as side_truth,
+    ):
         readings, forces = csv.writer(side_log), csv.writer(side_truth)
-        wheels = [(f"wheel{k}_{what}", f"{side}_wheel{k}_{what}") for k in (1, 2, 3) for what in ("angle", "motor_torque")]
+        wheels = [
+            (f"wheel{k}_{what}", f"{side}_wheel{k}_{what}") for k in (1, 2, 3) for what in ("angle", "motor_torque")
+        ]
         links = [f"link{k}_{what}" for k in (1, 2) for what in ("inclination", "rate")]
         loads = [(f"wheel{k}_{a}", f"{side}_wheel{k}_{b}") for k in (1, 2, 3) for a, b in SIDE_TRUTH]
         readings.writerow(["time", *(to for to, _ in wheels), *links])
@@ -149,7 +159,9 @@ def main() -> None:
     p.add_argument("--command", type=Path, required=True, help="the command robhaz")
     p.add_argument("--out", type=Path, required=True, help="folder for the logs")
     p.add_argument("--case", nargs="+", choices=CASES, default=list(CASES), help="default: all")
-    p.add_argument("--seeds", type=int, default=6, help="number of logs of a case, from 61 on; of exact rovers at most 3")
+    p.add_argument(
+        "--seeds", type=int, default=6, help="number of logs of a case, from 61 on; of exact rovers at most 3"
+    )
     a = p.parse_args()
     for what, count in (("exact", min(a.seeds, 3)), ("drawn", a.seeds)):
         folder, seeds = a.out / what, [str(61 + k) for k in range(count)]
