@@ -72,7 +72,7 @@ impl Start {
     }
 }
 
-/// Whether a robot is carried or tilted: its links turn while no wheel does. Then it does not stand on the
+/// Whether a robot is carried or inclined by hand: its links turn while no wheel does. Then it does not stand on the
 /// ground by which the filters would learn errors of the torques.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Carried {

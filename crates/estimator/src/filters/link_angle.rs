@@ -281,9 +281,9 @@ impl LinkAngleKalman {
         robhaz_model::sqrt(self.struck)
     }
 
-    /// Standard deviation of the error of the rate that lasts, rad/s: the gyroscope's bias, and all of a
+    /// Standard deviation of the constant error of the rate, rad/s: the gyroscope's bias, and all of a
     /// rate that has been missing for long.
-    pub fn lasting_rate_error(&self) -> f64 {
+    pub fn rate_bias_sigma(&self) -> f64 {
         let missing = self.unread > Inputs::STALE_AFTER;
         let walked = || Self::UNREAD_WALK * robhaz_model::sqrt(self.unread);
         root_sum_square(self.rate_bias().1, if missing { walked() } else { 0.0 })

@@ -63,18 +63,16 @@ pub struct Level {
     pub pushed: Option<f64>,
     /// Slope of the ground before the first motion, as the inclinometers show it, rad; `None` without a rest.
     at_rest: Option<f64>,
-    /// The same across, of a rover with both sides.
-    roll_at_rest: Option<f64>,
-    /// By how much the inclination of link 1 is more than that of link 2 before the first motion, rad; 0 on level ground.
-    apart: Option<f64>,
+    /// The same of the roll of a body; of one side of how much more link 1 is inclined than link 2, 0 on level ground.
+    beside: Option<f64>,
     /// Whether one inclinometer, that of a body, shows the slope.
     is_of_body: bool,
     /// Largest slope that is none, rad.
     even: f64,
 }
 
-/// What is read in a frame: time, s; angles (rad) and torques (N m) of the wheels; slope of the robot and roll of its
-/// body, rad.
+/// What is read in a frame: time, s; angles (rad) and torques (N m) of the wheels; slope of the robot, and what stands beside
+/// it ([`Level::beside`]), rad.
 type Read<const N: usize> = (f64, [Option<f64>; N], [Option<f64>; N], [Option<f64>; 2]);
 
 /// The same with the last readings where there are none.
@@ -84,14 +82,14 @@ struct Moment<const N: usize> {
     torque: [f64; N],
     slope: f64,
     /// Where it is read.
-    roll: Option<f64>,
+    beside: Option<f64>,
 }
 
 impl<const N: usize> Moment<N> {
     /// The frames from the first on before which each reading was there.
     fn all(frames: impl Iterator<Item = Read<N>>) -> Vec<Self> {
         let (mut slopes, mut angles, mut torques) = ([None], [None; N], [None; N]);
-        let of = |(time, angle, torque, [slope, roll]): Read<N>| {
+        let of = |(time, angle, torque, [slope, beside]): Read<N>| {
             let slope = hold(&mut slopes, [slope]);
             let (angle, torque) = (hold(&mut angles, angle), hold(&mut torques, torque));
             let [slope] = slope?;
@@ -100,7 +98,7 @@ impl<const N: usize> Moment<N> {
                 angle: angle?,
                 torque: torque?,
                 slope,
-                roll: roll.filter(|roll| roll.is_finite()),
+                beside: beside.filter(|angle| angle.is_finite()),
             })
         };
         frames.filter_map(of).collect()
@@ -136,9 +134,6 @@ impl Level {
         let found = Self::of(frames.iter().map(read), robot, settings);
         Self {
             allowed: found.allowed.filter(|_| settings.sides == Sides::Plane),
-            // The mean of what differs from frame to frame is all that is taken of the roll.
-            apart: found.roll_at_rest,
-            roll_at_rest: None,
             ..found
         }
     }
@@ -157,8 +152,12 @@ impl Level {
 
     /// Roll before the first motion, rad, and whether it is one of the ground; `None` without a rest.
     pub fn roll_at_rest(&self) -> Option<(f64, bool)> {
-        let known = self.roll_at_rest.filter(|roll| roll.abs() <= STEEPEST);
+        let known = self.roll().filter(|roll| roll.abs() <= STEEPEST);
         known.map(|roll| (roll, self.is_slope(roll)))
+    }
+
+    fn roll(&self) -> Option<f64> {
+        self.beside.filter(|_| self.is_of_body)
     }
 
     /// Of a robot with one such side, or of a rover with two.
@@ -177,13 +176,12 @@ impl Level {
         let offset = wheels.sqrt() * budget.torque_offset * over;
         let friction = (wheels * budget.gear_friction * over).hypot(budget.rolling_resistance);
         let [first, last] = ways.ends;
-        let [at_rest, roll_at_rest] =
-            (ways.rest).map(|(mean, count)| (count > 0.0).then_some(mean));
+        let [at_rest, beside] = (ways.rest).map(|(mean, count)| (count > 0.0).then_some(mean));
         let noise = budget.inclination_noise / ways.rest[0].1.sqrt().max(1.0);
         let mut found = Self {
             usual: 2.0 * friction,
             at_rest,
-            roll_at_rest,
+            beside,
             even: 3.0 * budget.inclination_bias + GATE * noise,
             ..Self::default()
         };
@@ -235,7 +233,7 @@ impl Level {
                 "READINGS CONTRADICT EACH OTHER: {self}. {PER_DEGREE}. `robhaz check` says what to do"
             ));
         }
-        let roll = self.roll_at_rest.filter(|roll| self.is_slope(*roll));
+        let roll = self.roll().filter(|roll| self.is_slope(*roll));
         let roll = roll.map(|roll| format!(
             "at rest body_roll shows {:.1} deg: if the ground was level across, it errs by that, and offset = {roll:.4} (rad) belongs to it; no other reading shows it, and it moves load from one side to the other",
             roll.to_degrees()
@@ -247,10 +245,10 @@ impl Level {
                     "at rest body_inclination shows {:.1} deg: if the ground was level along, it errs by that, and offset = {slope:.4} (rad) belongs to it",
                     slope.to_degrees()
                 ),
-                false if self.apart.is_some_and(|apart| self.is_slope(apart)) => format!(
+                false if self.beside.is_some_and(|apart| self.is_slope(apart)) => format!(
                     "at rest the inclinometers show a slope of {:.1} deg, and that of link 1 {:+.1} deg more than that of link 2: if the ground was level there, they err, each by its own; `robhaz check` names the offsets",
                     slope.to_degrees(),
-                    self.apart.unwrap_or_default().to_degrees()
+                    self.beside.unwrap_or_default().to_degrees()
                 ),
                 false => format!(
                     "at rest all inclinometers together show a slope of {:.1} deg: if the ground was level there, they err by that, and offset = {slope:.4} (rad) belongs to each",
@@ -340,14 +338,14 @@ fn hold<const N: usize>(held: &mut [Option<f64>; N], read: [Option<f64>; N]) -> 
     known.then(|| held.map(Option::unwrap_or_default))
 }
 
-/// Mean and count of slope and roll while the robot stands, up to `until`, s; of all samples if none is earlier.
+/// Mean and count of the slope, and of what stands beside it, while the robot stands, up to `until`, s; of all samples if none is earlier.
 fn at_rest<const N: usize>(stood: &[Moment<N>], until: f64) -> [(f64, f64); 2] {
     let before = stood.partition_point(|moment| moment.time < until);
     let stood = if before > 0 { &stood[..before] } else { stood };
     let slopes = stood.iter().map(|moment| moment.slope).collect();
-    let rolls = stood.iter().filter_map(|moment| moment.roll).collect();
+    let beside = stood.iter().filter_map(|moment| moment.beside).collect();
     // Counts of frames.
-    [slopes, rolls].map(|x: Vec<f64>| (mean(&x).unwrap_or(0.0), x.len() as f64))
+    [slopes, beside].map(|x: Vec<f64>| (mean(&x).unwrap_or(0.0), x.len() as f64))
 }
 
 impl Ways {

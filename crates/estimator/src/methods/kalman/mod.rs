@@ -191,7 +191,7 @@ impl KalmanFilters {
         Some(turned / speed)
     }
 
-    /// Whether the robot has been carried or tilted since the filters have started.
+    /// Whether the robot has been carried or inclined by hand since the filters have started.
     pub fn is_carried(&mut self, inputs: &Inputs) -> bool {
         let started = self.links.iter().all(|link| link.started);
         let wheels = inputs.encoder.map(|encoder| encoder.angle.value);

@@ -174,7 +174,7 @@ impl KalmanFilters {
         RollingWheel {
             relative: across * rate + self.across.velocity[i],
             smooth_relative: across * link.smooth_rate + self.across.velocity[i],
-            bias_sigma: arm * link.lasting_rate_error(),
+            bias_sigma: arm * link.rate_bias_sigma(),
             noise_sigma: arm * settings.budget.rate_noise,
             joint_noise: arm * link.joint_noise,
             across_sigma: self.across.slip[i],

@@ -28,7 +28,7 @@ impl WholeEstimator {
     }
 
     /// The filter of the roll starts anew where the first frames show that the rover drives, as those of
-    /// the sides do; they do, too, where it is tilted while its wheels stand. `interrupted`: there is a gap
+    /// the sides do; they do, too, where it is inclined while its wheels stand. `interrupted`: there is a gap
     /// before this frame.
     pub(super) fn begin(&mut self, frame: &WholeFrame, interrupted: bool) {
         let now = frame.time / self.units.time;

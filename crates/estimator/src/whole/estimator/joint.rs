@@ -37,7 +37,7 @@ impl WholeEstimator {
         let arm = robhaz_model::sqrt(q.norm_squared());
         let of_coupling = 2.0 * arm * self.readings.rocker_rate_error();
         let white = (up * budget.rate_noise) * (up * budget.rate_noise) + of_coupling * of_coupling;
-        let bias = GaussMarkov::new(up * self.roll.lasting_rate_error(), TURN_TIME);
+        let bias = GaussMarkov::new(up * self.roll.rate_bias_sigma(), TURN_TIME);
         let measurement = JointMeasurement {
             innovation: (asked - (a - b)) / speed,
             rows: [[(VELOCITY.of(1), 1.0)], [(VELOCITY.of(1), -1.0)]],
