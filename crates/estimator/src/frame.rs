@@ -398,7 +398,7 @@ impl Inputs {
             let reach = Gate::reach(noise, Gate::INCLINATION);
             let held = &mut self.inclination[i];
             flags |= held.take(link.inclination, dt, limit::ANGLE, reach);
-            if link.rate.is_some() && link.rate_error >= 0.0 {
+            if link.rate.is_some() && (0.0..limit::RATE).contains(&link.rate_error) {
                 self.joint_noise[i] = link.rate_error;
             }
             let noise_of_rate = root_sum_square(budget.rate_noise, self.joint_noise[i]);

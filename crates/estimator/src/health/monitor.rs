@@ -14,8 +14,9 @@ use robhaz_model::{Carrier, GRAVITY, Units};
 ///
 /// Each number is the mean over the last two seconds of driving of the normalised innovations
 /// squared of a test: at most about 1 when readings, nominal parameters and noise budget are right.
-/// It stays as it is while the robot stands, and while a wheel slides, has left the ground or is at
-/// an edge, where the model of the innovations does not hold. Where the wheels turn far between
+/// It stays as it is while the robot stands. Those of slip, direction and inclination stay, too, while a wheel slides,
+/// has left the ground or is at an edge, where the model of the innovations does not hold; that of parity while a
+/// wheel has left the ground or two contacts. Where the wheels turn far between
 /// readings, slip and direction count less: half at a tenth of a radian. Below 0.2 m/s (of robot A) the
 /// means of slip, direction and parity last for the same way, 0.4 m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,7 +48,7 @@ pub(crate) struct Innovations {
 /// What the monitor takes of one sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HealthSample<'a> {
-    /// They count while the robot drives and the model holds.
+    /// They count while the robot drives.
     pub innovations: &'a Innovations,
     /// Motor torques that must change from sample to sample, N m: those that are read now, have
     /// noise, and turn their wheel.
@@ -63,6 +64,8 @@ pub(crate) struct HealthSample<'a> {
     pub wheels: Option<WheelReadings>,
     /// Whether the robot drives.
     pub drives: bool,
+    /// Speed at which the robot moves while every wheel touches the ground in one contact, m/s.
+    pub touching: Option<f64>,
     /// Whether every wheel rolls on one contact, without an impact.
     pub model_holds: bool,
     /// Time since the last sample, s.
@@ -104,14 +107,9 @@ impl HealthMonitor {
         }
         self.wiring
             .update(sample.wheels.as_ref(), sample.drives, robot, dt);
-        if !(sample.drives && sample.model_holds) {
+        if !sample.drives {
             return;
         }
-        let weight = robhaz_model::low_pass_share(dt, WINDOW);
-        // What the ground does lasts for a way: of a slow drive it is averaged for longer.
-        let pace = (sample.rim / REFERENCE_SPEED).min(1.0);
-        let of_way = robhaz_model::low_pass_share(pace * dt, WINDOW);
-        let apart = sample.rim * dt / Self::FAR;
         let Innovations {
             encoder,
             slip,
@@ -119,15 +117,32 @@ impl HealthMonitor {
             inclination,
             parity,
         } = sample.innovations;
+        let weight = robhaz_model::low_pass_share(dt, WINDOW);
+        // What the ground does lasts for a way: of a slow drive it is averaged for longer.
+        let of_way = |speed: f64| {
+            let pace = (speed / REFERENCE_SPEED).min(1.0);
+            robhaz_model::low_pass_share(pace * dt, WINDOW)
+        };
+        // A wrong encoder or clock looks like one impact after the other, a wrong torque like a wheel that slides.
+        for (mean, nis) in self.encoder.iter_mut().zip(encoder) {
+            mean.update(*nis, weight);
+        }
+        if let Some(speed) = sample.touching {
+            let limited = parity.map(|nis| Mean::LARGEST_PARITY.min(nis));
+            self.parity.update(limited, of_way(speed));
+        }
+        if !sample.model_holds {
+            return;
+        }
+        let of_way = of_way(sample.rim);
+        let apart = sample.rim * dt / Self::FAR;
         let rolling = self.slip.iter_mut().zip(slip);
         for (mean, nis) in rolling.chain(self.direction.iter_mut().zip(direction)) {
             mean.update(nis.map(|nis| nis / (1.0 + apart * apart)), of_way);
         }
-        let others = self.encoder.iter_mut().zip(encoder);
-        for (mean, nis) in others.chain(self.inclination.iter_mut().zip(inclination)) {
+        for (mean, nis) in self.inclination.iter_mut().zip(inclination) {
             mean.update(*nis, weight);
         }
-        self.parity.update(*parity, of_way);
     }
 
     /// Whether each torque repeats itself though its wheel turns.
@@ -192,6 +207,9 @@ impl Mean {
     /// Largest value of one sample: a short outlier is no fault.
     /// Definition.
     const LARGEST: f64 = GATE * GATE;
+    /// The same of the parity residual, which counts in impacts and at edges, too: they last for longer.
+    /// Chosen; held by `tests/check/health.rs`.
+    const LARGEST_PARITY: f64 = SIGNIFICANT * SIGNIFICANT;
 
     fn update(&mut self, nis: Option<f64>, weight: f64) {
         if let Some(nis) = nis {
@@ -324,7 +342,9 @@ mod tests {
             rate_bias: 0.0,
             wheels: None,
             drives: true,
+            touching: Some(REFERENCE_SPEED),
             model_holds: true,
+
             dt: DT,
         }
     }
@@ -333,6 +353,7 @@ mod tests {
     fn feed(monitor: &mut HealthMonitor, innovations: &Innovations, count: bool, time: f64) {
         for _ in 0..(time / DT) as u32 {
             let sample = HealthSample {
+                touching: count.then_some(REFERENCE_SPEED),
                 model_holds: count,
                 ..sample(innovations)
             };
@@ -361,14 +382,18 @@ mod tests {
         assert!(monitor.health(&CARRIERS).faulty.is_empty());
     }
 
-    /// Neither an outlier, however large, nor samples that do not count make a channel faulty.
+    /// Neither an outlier, however large, nor samples that do not count make a channel faulty. At edges encoders count.
     #[test]
     fn short_outliers_and_other_ground_do_not_count() {
         let mut monitor = HealthMonitor::default();
         feed(&mut monitor, &all(1.0), true, 10.0);
         feed(&mut monitor, &all(1e9), true, 0.1);
         feed(&mut monitor, &all(f64::NAN), true, 0.1);
-        feed(&mut monitor, &all(25.0), false, 10.0);
+        let edges = Innovations {
+            encoder: [Some(1.0); 3],
+            ..all(25.0)
+        };
+        feed(&mut monitor, &edges, false, 10.0);
         assert!(monitor.health(&CARRIERS).faulty.is_empty());
         feed(&mut monitor, &Innovations::default(), true, 10.0);
         assert!(monitor.health(&CARRIERS).faulty.is_empty());

@@ -78,7 +78,8 @@ pub struct WholeEstimate {
     /// The torques against the rover's weight. Where they contradict it, the covariances contain what
     /// a payload would change.
     pub torque_scale: TorqueScale,
-    /// Warnings of the readings of the body: roll and rates.
+    /// Warnings of the readings of the body: roll and rates. [`Flags::CONTRADICTION`] where the mean misfit of the last
+    /// forty radians of the wheels is beyond [`Self::largest_misfit`].
     pub body_flags: Flags,
     /// What each side's filters state, with the forces above: left, right.
     pub sides: [Estimate; 2],
@@ -88,15 +89,17 @@ impl WholeEstimate {
     /// Turn of the wheels after which the errors of the equations are independent of those before, rad:
     /// axial forces last over five wheel radii.
     pub const INDEPENDENT: f64 = 5.0;
+    /// Turn of the wheels over which errors count as independent at most, rad: some last as long as the drive.
+    pub(crate) const LONGEST_WAY: f64 = 8.0 * Self::INDEPENDENT;
 
     /// Mean misfit over a drive beyond which its readings contradict each other: correct ones are there
     /// once in 10 000 drives. `rolled` is how far the wheels have turned, rad.
     ///
     /// The mean of n independent misfits is a chi-square with 3 n degrees of freedom over n (its quantile
-    /// by Wilson and Hilferty). Some errors last as long as the drive, so that no more than eight count.
+    /// by Wilson and Hilferty).
     pub fn largest_misfit(rolled: f64) -> f64 {
         const DEVIATE: f64 = 3.72;
-        let samples = (rolled / Self::INDEPENDENT).clamp(1.0, 8.0);
+        let samples = rolled.clamp(Self::INDEPENDENT, Self::LONGEST_WAY) / Self::INDEPENDENT;
         let share = 2.0 / (9.0 * 3.0 * samples);
         let root = 1.0 - share + DEVIATE * robhaz_model::sqrt(share);
         3.0 * root * root * root

@@ -7,11 +7,13 @@ mod across;
 mod hung;
 mod intake;
 mod joint;
+mod misfit;
 mod scale;
 mod sliding;
 mod yaw;
 
 use self::hung::Hung;
+use self::misfit::MeanMisfit;
 use self::sliding::Sliding;
 use self::yaw::Yaw;
 use super::estimate::{TipLine, WholeEstimate};
@@ -97,12 +99,13 @@ pub struct WholeEstimator {
     /// Velocities of both sides' Q, m/s, as of the last frame.
     velocity: [Vec2; 2],
     sliding: Sliding,
+    misfit: MeanMisfit,
     /// Mean square of the contact angles' differences from their mean, rad^2.
     roughness: f64,
     /// Normal forces at rest on level ground, N.
     level: [f64; 6],
-    /// Normal forces of the last estimate, not below 0, N.
-    last: [f64; 6],
+    /// Normal forces about which the rows are linear, not below 0, N.
+    about: [f64; 6],
     /// The torques against the weight, by the mean of both sides, in the units of the filters.
     scale: ScaleFilter,
     start: Start,
@@ -193,9 +196,10 @@ impl WholeEstimator {
             known: [false; READINGS.len()],
             velocity: [Vec2::zeros(); 2],
             sliding: Sliding::default(),
+            misfit: MeanMisfit::default(),
             roughness: 0.0,
             level,
-            last: level,
+            about: level,
             start: Start::new(settings.budget.inclination_noise),
             carried: Carried::default(),
             time: None,
@@ -215,11 +219,20 @@ impl WholeEstimator {
     }
 
     /// Takes the readings of one instant and estimates the forces of that instant. A reading that is
-    /// missing is held, with a flag, as [`Estimator::update`] does.
+    /// missing is held, with a flag, as [`Estimator::update`] does. Filters that false readings have carried to
+    /// where the equations have no solution start anew with the next frame.
     ///
     /// # Errors
     /// [`EstimateError`].
     pub fn update(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
+        let found = self.estimate(frame);
+        if matches!(found, Err(EstimateError::Singular)) {
+            self.start_anew();
+        }
+        found
+    }
+
+    fn estimate(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
         let (dt, interrupted) = self.advance_clock(frame.time)?;
         let frame = &self.read_body(*frame, dt);
         self.begin(frame, interrupted);
@@ -249,7 +262,7 @@ impl WholeEstimator {
         let states = steps.each_ref().map(|step| &step.state);
         self.velocity = states.map(|state| state.velocity);
         let radius = self.rover.side.geometry.wheel_radius;
-        let rims = core::array::from_fn(|i| radius * states[i / 3].spin[i % 3][0]);
+        let rims: [f64; 6] = core::array::from_fn(|i| radius * states[i / 3].spin[i % 3][0]);
         self.sliding.follow(
             &self.rover,
             &self.units,
@@ -273,6 +286,15 @@ impl WholeEstimator {
         for side in &mut sides {
             side.flags |= self.coupling_at_stop();
         }
+        let dragged = self.sliding.dragged().is_some();
+        // Where wheels are dragged, forces are outside of the model.
+        let way = if dragged {
+            0.0
+        } else {
+            dt * libm::fabs(rims.iter().sum::<f64>()) / 6.0
+        };
+        let contradicts = self.misfit.take(forces.misfit, way / radius);
+        let body_flags = body_flags | Flags::CONTRADICTION.when(contradicts);
         let torque_scale = self.find_scale(&mut sides, &mut forces, across[0].settled, dt);
         let [left, right] = sides;
         let (tip_margin, tip_line) = self.tip_over(&forces.normal);
@@ -287,7 +309,7 @@ impl WholeEstimator {
             axial_share: forces.axial,
             tip_margin,
             tip_line,
-            dragged: self.sliding.dragged().is_some(),
+            dragged,
             misfit: forces.misfit,
             torque_scale,
             body_flags,
@@ -391,8 +413,11 @@ impl WholeEstimator {
         let (inputs, (posture, motion), equations) = self.equations(states, roll)?;
         let roll_sigma = self.roll.angle_sigma(&self.settings.budget);
         let covariance = inputs.covariance(rover, roll_sigma);
-        let mut forces = equations.solve_about(&inputs.traction(), &covariance, &self.last)?;
-        self.last = forces.normal.map(|n| n.max(0.0));
+        let mut forces = equations.solve_about(&inputs.traction(), &covariance, &self.about)?;
+        let normal = forces.normal.map(|n| n.max(0.0));
+        // Wheels may jump, or readings be false.
+        let bears = normal.iter().sum::<f64>() > LEAST_BORNE * self.level.iter().sum::<f64>();
+        self.about = if bears { normal } else { self.level };
         consider(
             rover,
             &posture,
@@ -451,6 +476,10 @@ fn hand_over(from: &mut Estimator, to: &mut Estimator) {
 fn both([a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> [f64; 6] {
     [a, b, c, d, e, f]
 }
+
+/// Share of the weight that an estimate bears at least about which the next one is linear.
+/// Guard.
+const LEAST_BORNE: f64 = 0.1;
 
 /// Row of the sum of forces across.
 const FORCE_Y: usize = 1;

@@ -41,12 +41,11 @@ impl KalmanFilters {
         contact: &[ContactEstimate; 3],
     ) -> Health {
         let nominal = instant.nominal;
-        let rolls = |contact: &ContactEstimate| {
-            contact.state == ContactState::OneContact && !contact.sliding
-        };
-        let model_holds = contact.iter().all(rolls)
-            && !self.motion.is_after_impact()
-            && !instant.flags.contains(Flags::SENSOR_STALE);
+        let on_one = |contact: &ContactEstimate| contact.state == ContactState::OneContact;
+        let touches = contact.iter().all(on_one) && !instant.flags.contains(Flags::SENSOR_STALE);
+        let model_holds = touches
+            && !contact.iter().any(|contact| contact.sliding)
+            && !self.motion.is_after_impact();
         let has_noise = nominal.settings.budget.torque_noise > 0.0;
         let rim = [0, 1, 2].map(|i| {
             let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
@@ -54,10 +53,10 @@ impl KalmanFilters {
         });
         // A robot that settles moves, too, but its wheels do not.
         let fastest = rim.into_iter().fold(0.0, f64::max);
-        let speed = self.motion.velocity().norm_squared();
+        let speed = self.motion.speed();
         // While it starts, its wheels roll from a greater speed on.
         let least = DRIVING_SPEED.max(self.motion.least_speed());
-        let drives = speed > least * least && fastest > least;
+        let drives = speed > least && fastest > least;
         let varying = |i: usize| {
             let torque = instant.inputs.motor_torque[i].now();
             torque.filter(|_| has_noise && rim[i] > DRIVING_SPEED)
@@ -73,6 +72,7 @@ impl KalmanFilters {
             wheels: wheel_readings(instant.inputs)
                 .filter(|_| !(self.across.shares || self.across.turns)),
             drives,
+            touching: (touches && !self.standing.stands).then_some(speed.min(fastest)),
             model_holds,
             dt: instant.dt,
         };

@@ -216,7 +216,8 @@ impl KalmanFilters {
             wheel.reset_speed();
         }
         if before.motion.is_coupled() {
-            self.motion.couple();
+            // Also where the other side does not start anew.
+            self.motion.set_guests([[0.0; state::COUNT]; state::COUNT]);
         }
         self.motion.reset_velocity_variance();
         self.motion.assume_velocity(before.motion.velocity());

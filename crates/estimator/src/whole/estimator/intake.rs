@@ -39,13 +39,19 @@ impl WholeEstimator {
             && self.carried.take([a, b, c], [self.roll.angle(); 2])
         {
             self.carried = Carried::default();
-            for side in &mut self.sides {
-                side.start_anew();
-            }
+            self.start_anew();
         }
         if moves.is_some() || interrupted {
             self.roll = LinkAngleKalman::new(&self.budget_in_units());
         }
+    }
+
+    /// The filters of both sides start anew with the next frame.
+    pub(super) fn start_anew(&mut self) {
+        for side in &mut self.sides {
+            side.start_anew();
+        }
+        self.about = self.level;
     }
 
     /// Sets the time of a frame, s. Returns the time since the last one, s, 0 at the first, and whether

@@ -65,7 +65,7 @@ impl WholeEstimator {
         let roll_sigma = self.roll.angle_sigma(&self.settings.budget);
         let traction = inputs.traction();
         let covariance = inputs.covariance(rover, roll_sigma);
-        let found = equations.solve_about(&traction, &covariance, &self.last)?;
+        let found = equations.solve_about(&traction, &covariance, &self.about)?;
         let noise = inputs.noise(rover, roll_sigma);
         let parities = equations
             .parities(&traction, &found, &noise)
