@@ -16,31 +16,26 @@ pub(crate) struct ContactVelocity {
 }
 
 impl ContactVelocity {
-    /// Speed from which on errors across change the size of the velocity by less than the slip is known
-    /// to, m/s: 3 mm/s of poor sensors by 0.05 mm/s.
-    /// Definition.
-    const FAST: f64 = 0.1;
-
     /// For the velocity `smooth + noise` (m/s) on ground that rises with `slope` (rad), which errs
-    /// by `widest` (rad) at most.
+    /// by `widest` (rad) at most; below `fast` (m/s) the ground's direction is better known.
     ///
     /// A fast velocity is linearised about the direction of the smooth velocity: a wheel that meets
     /// an edge leaves the estimated slope by far. The noise is not in that direction: it would occur
     /// in the innovation and in the measurement matrix, and each correction would change the size of
     /// the velocity.
     ///
-    /// Below [`Self::FAST`] its errors across would make the velocity too large, by half of their
+    /// Below `fast` its errors across would make the velocity too large, by half of their
     /// variance over the speed: for minutes the same small error of the slip. The ground's direction
     /// makes no such error. It is used, too, for a velocity that points away from the ground by more than
     /// `widest`, which is wrong itself, as after an impact: about a wrong one the corrections by
     /// three wheels lead further away.
-    pub fn new(smooth: Vec2, noise: Vec2, slope: f64, widest: f64) -> Self {
+    pub fn new(smooth: Vec2, noise: Vec2, slope: f64, [widest, fast]: [f64; 2]) -> Self {
         let (sin, cos) = libm::sincos(slope);
         let away = smooth.y * cos - smooth.x * sin;
         let along = smooth.x * cos + smooth.y * sin;
         let size = robhaz_model::sqrt(smooth.norm_squared());
         let angle = libm::atan(away / along);
-        let (direction, speed, away) = if size < Self::FAST || angle.abs() > widest {
+        let (direction, speed, away) = if size < fast || angle.abs() > widest {
             (Vec2::new(cos, sin), along, away)
         } else {
             let speed = libm::copysign(size, along);
@@ -70,12 +65,17 @@ mod tests {
                     velocity(0.3 * forwards, slope + 0.1),
                     Vec2::zeros(),
                     slope,
-                    0.2,
+                    [0.2, 0.1],
                 );
                 assert!((found.speed - 0.3 * forwards).abs() < 1e-12);
                 assert!((found.away - 0.03 * forwards).abs() < 1e-12);
             }
-            let slow = ContactVelocity::new(velocity(0.05, slope + 0.1), Vec2::zeros(), slope, 0.2);
+            let slow = ContactVelocity::new(
+                velocity(0.05, slope + 0.1),
+                Vec2::zeros(),
+                slope,
+                [0.2, 0.1],
+            );
             assert!((slow.speed - 0.05 * libm::cos(0.1)).abs() < 1e-12);
             assert!((slow.away - 0.05 * libm::sin(0.1)).abs() < 1e-12);
         }
@@ -86,10 +86,10 @@ mod tests {
     #[test]
     fn a_wrong_velocity_does_not_give_the_direction() {
         let velocity = Vec2::new(0.1, 0.3);
-        let found = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, 0.2);
+        let found = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, [0.2, 0.1]);
         assert_eq!(found.direction, Vec2::new(1.0, 0.0));
         assert!((found.speed - 0.1).abs() < 1e-12 && (found.away - 0.3).abs() < 1e-12);
-        let unknown = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, f64::INFINITY);
+        let unknown = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, [f64::INFINITY, 0.1]);
         assert!((unknown.direction - velocity.normalize()).norm() < 1e-12);
     }
 }

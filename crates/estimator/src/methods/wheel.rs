@@ -80,10 +80,14 @@ impl Wheel {
         let of_angle = core::f64::consts::SQRT_2 * parameters.encoder_sigma;
         let time = (GATE * of_angle / Self::FRICTION_SPEED).min(Self::LONGEST_MEAN);
         self.mean_speed += robhaz_model::low_pass_share(dt, time) * (speed - self.mean_speed);
-        self.friction_share = if of_angle / time < sigma {
-            Self::share_of_friction(self.mean_speed, of_angle / time)
+        let [by_speed, by_mean] = [
+            Self::share_of_friction(speed, sigma),
+            Self::share_of_friction(self.mean_speed, of_angle / time),
+        ];
+        self.friction_share = if by_mean.abs() > by_speed.abs() {
+            by_mean
         } else {
-            Self::share_of_friction(speed, sigma)
+            by_speed
         };
     }
 
