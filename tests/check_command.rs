@@ -8,9 +8,9 @@ use std::process::Output;
 /// The commands of `docs/log-to-forces.md`, in their order.
 const COMMANDS: [&str; 5] = [
     "robhaz check drive.csv",
-    "robhaz check drive.csv --sensors mine.toml",
-    "robhaz check drive.csv --sensors mine.toml --json",
-    "robhaz estimate drive.csv --sensors mine.toml --estimator kalman",
+    "robhaz check drive.csv --sensors SENSORS.toml",
+    "robhaz check drive.csv --sensors SENSORS.toml --json",
+    "robhaz estimate drive.csv --sensors SENSORS.toml --estimator kalman",
     "robhaz export runs/drive-estimate --to csv",
 ];
 
@@ -91,7 +91,7 @@ link1_rate = {{ column = "gyro1" }}
 link2_rate = {{ column = "gyro2", sign = "{sign}" }}
 "#
     );
-    fs::write(folder.join("mine.toml"), description).unwrap();
+    fs::write(folder.join("SENSORS.toml"), description).unwrap();
 }
 
 /// Sum over the wheels of the mean normal force in a table `truth`, N.
@@ -245,7 +245,7 @@ fn the_default_budget_of_a_robot_is_named() {
     let dir = with_log();
     let folder = dir.path();
     write_description(folder, ["tau2", "tau1"], "deg", "-");
-    let mine = fs::read_to_string(folder.join("mine.toml")).unwrap();
+    let mine = fs::read_to_string(folder.join("SENSORS.toml")).unwrap();
     fs::write(
         folder.join("stated.toml"),
         mine + "[budget]\nbody_cg = \"5 mm\"\n",
@@ -262,9 +262,9 @@ fn the_default_budget_of_a_robot_is_named() {
         "robhaz estimate drive.csv --force --rerun off --estimator kalman",
     ] {
         for (description, is_said) in [
-            ("--sensors mine.toml", true),
+            ("--sensors SENSORS.toml", true),
             ("--sensors stated.toml", false),
-            ("--sensors mine.toml --robot robot.toml", false),
+            ("--sensors SENSORS.toml --robot robot.toml", false),
         ] {
             let output = run(folder, &format!("{command} {description}"));
             let said = text(&output.stderr);

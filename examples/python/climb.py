@@ -1,8 +1,8 @@
 """Design search for a linkage that climbs stairs, as geometry C was found: docs/climbing.md. With the package robhaz
 (docs/python.md), SciPy and for `figure` matplotlib:
 
-    python examples/python/climb.py search --seed 1 --out mine.toml
-    python examples/python/climb.py table A C mine.toml
+    python examples/python/climb.py search --seed 1 --out geometry.toml
+    python examples/python/climb.py table A C geometry.toml
     python examples/python/climb.py figure climbing.png A C
 
 A GEOMETRY is a built-in name or the path of a .toml file. Points are complex numbers x + iy in the nominal pose, m.

@@ -33,6 +33,8 @@ from matplotlib.ticker import LogLocator, NullLocator
 from pandas.api.types import is_bool_dtype, is_numeric_dtype
 
 SEEDS = ("seed", "terrain.seed")
+# Scores that are shares of the mean of N: drawn in percent.
+OF_MEAN = ("nrmse", "nrmse_at_one_contact", "stated", "bound")
 # The quantiles that are drawn, named as matplotlib names the parts of a box.
 SHARES = {0.05: "whislo", 0.25: "q1", 0.5: "med", 0.75: "q3", 0.95: "whishi"}
 # Text in SVG stays text, and the same dataset gives the same bytes.
@@ -43,6 +45,10 @@ STYLE = {"font.size": 9, "axes.grid": True, "axes.axisbelow": True, "grid.color"
 
 class Refused(Exception):
     """Why there is no figure: what was found, and what is allowed."""
+
+
+def percent(share, _=None):
+    return f"{100 * share:.3g}"
 
 
 def unknown(what, name, allowed):
@@ -117,17 +123,26 @@ class Study:
         wide = low > 0 and ("log_uniform" in self.axes.get(name, []) or high > 100 * low)
         return asked or ("log" if wide else "linear")
 
+    def label(self, name):
+        unit = "% of the mean N" if name in OF_MEAN else self.fields[name][b"unit"].decode()
+        return f"{name} ({unit})" if unit else name
+
+    def text(self, value):
+        """A value of the score beside a name."""
+        return f"{percent(value)} %" if self.score in OF_MEAN else f"{value:.3g}"
+
     def scale(self, axis, way, name, values):
         """Spacing and label of the axis `x` or `y`; a linear score starts at zero where the values come near to it."""
-        unit = self.fields[name][b"unit"].decode()
-        axis.set(**{f"{way}scale": self.spacing(name, values), f"{way}label": f"{name} ({unit})" if unit else name})
+        axis.set(**{f"{way}scale": self.spacing(name, values), f"{way}label": self.label(name)})
+        ticks = getattr(axis, f"{way}axis")
         if self.spacing(name, values) == "log":
-            ticks = getattr(axis, f"{way}axis")
             ticks.set_major_locator(LogLocator(subs=(1, 2, 5)))
             ticks.set_minor_locator(NullLocator())
             ticks.set_major_formatter("{x:g}")
         elif name == self.score and 0 <= np.min(values) < 0.7 * np.max(values):
             axis.set(**{f"{way}lim": (0, None)})
+        if name in OF_MEAN:
+            ticks.set_major_formatter(percent)
 
     def finish(self, figure, title, drawn):
         """Title, and a caption: what is drawn, from which runs, what is left out."""
@@ -216,7 +231,7 @@ def heat(study):
             ticks.set_ticks(np.arange(len(values)) + 0.5, labels)
         axis.tick_params("x", rotation=90)
         axis.grid(False)
-    figure.colorbar(mesh, ax=axes, label=study.score)
+    figure.colorbar(mesh, ax=axes, label=study.label(study.score), format=percent if study.score in OF_MEAN else None)
     drawn = f"Median of the runs in each cell; white: no run, {medians.isna().sum()} of {medians.size} cells."
     return study.finish(figure, f"Median {study.score} over {names[0]} and {names[1]}", drawn)
 
@@ -237,7 +252,7 @@ def ladder(study):
             medians = rows.groupby([by, study.along(points).rename("at")], observed=True)[score].median()
             at = table.index.get_indexer(medians.index.get_level_values(by))
             axis.plot(medians, at, "o", color="C0", markersize=4)
-        axis.set_yticks(range(len(table)), [f"{name}  {median:.3g}" for name, median in table[0.5].items()])
+        axis.set_yticks(range(len(table)), [f"{name}  {study.text(median)}" for name, median in table[0.5].items()])
         axis.invert_yaxis()
         axis.set_title(title)
         study.scale(axis, "x", score, table)
@@ -279,7 +294,8 @@ def histogram(study):
         for value, line in ((low, "--"), (median, "-"), (high, "--")):
             axis.axvline(value, color="black", linestyle=line, linewidth=1)
         study.scale(axis, "x", study.score, scores)
-        axis.set(title=f"{estimator}: median {median:.3g}, 5 to 95 %: {low:.3g} to {high:.3g}", ylabel="runs")
+        low, median, high = map(study.text, (low, median, high))
+        axis.set(title=f"{estimator}: median {median}, 5 to 95 %: {low} to {high}", ylabel="runs")
     return study.finish(figure, f"Distribution of {study.score}", "Line: median; dashed: 5 and 95 %.")
 
 

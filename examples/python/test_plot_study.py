@@ -98,7 +98,7 @@ def test_bands_have_the_quantiles_of_the_runs(studies):
             corners = next(bands).get_paths()[0].vertices[:, 1]
             found = scores.quantile([low, high])[line.get_label()]
             assert set(np.round(corners, 12)) == set(np.round(found, 12))
-    assert axis.get_xlabel() == "drive.speed (m/s)"
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("drive.speed (m/s)", "nrmse (% of the mean N)")
     assert "5 to 95 % of 6 runs of each drive.speed" in caption(figure)
     assert "18 runs, seed 0 to 2; none failed" in caption(figure)
 
@@ -141,14 +141,14 @@ def test_a_ladder_has_boxes_and_points(studies):
     (axis,) = figure.axes
     for place, name in enumerate(["paper-body", "kalman"]):
         scores = runs[runs.estimator == name].nrmse
-        assert axis.get_yticklabels()[place].get_text() == f"{name}  {scores.median():.3g}"
+        assert axis.get_yticklabels()[place].get_text() == f"{name}  {100 * scores.median():.3g} %"
     medians = runs.groupby(["estimator", "drive.speed"]).nrmse.median()
     points = axis.lines[-1].get_xdata()
     np.testing.assert_allclose(points, [*medians["paper-body"], *medians["kalman"]])
     grounds = draw(studies / "listed", "--kind", "ladder", "--x2", "terrain.kind")
     assert [axis.get_title("left") for axis in grounds.axes] == ["paper-body", "kalman"]
     median = runs[(runs.estimator == "kalman") & (runs["terrain.kind"] == "cosbump")].nrmse.median()
-    assert grounds.axes[1].get_yticklabels()[1].get_text() == f"cosbump  {median:.3g}"
+    assert grounds.axes[1].get_yticklabels()[1].get_text() == f"cosbump  {100 * median:.3g} %"
     # Bands over words are the same figure.
     same = draw(studies / "listed", "--x", "terrain.kind")
     assert [axis.get_title("left") for axis in same.axes] == ["paper-body", "kalman"]
