@@ -13,6 +13,7 @@ Ty - h Fx. N and T are along the leg's axes: where the ground is steeper than th
 
 import argparse
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +30,8 @@ TURNED = Rotation.from_euler("z", 180, degrees=True)  # the IMU on the body
 LONGEST_GAP = 0.5  # s between samples that are interpolated
 REST, REST_RATE = 2.0, 0.01  # s; rad/s: wheels that turn less for so long stand
 LEVEL = np.radians(3)  # largest inclination of body and links at which sensors can be zeroed
+# N of N or T at rest: the dataset's sensors drift by up to 13 N; a centre of mass 30 mm off adds 3 N, rough ground some
+MOST_BIAS = 20.0
 
 
 class Problem(Exception):
@@ -36,7 +39,8 @@ class Problem(Exception):
 
 
 def read(folder: Path, name: str, columns: list[str], texts: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
-    """Columns of a CSV file, in the order of its stamps; numbers, but for `texts`. Rows that lack one are left out."""
+    """Columns of a CSV file, in the order of its stamps; numbers, but for `texts`. Rows that lack one are left out, which
+    is printed."""
     path = folder / name
     types = {c: pa.string() if c in texts else pa.float64() for c in columns} | {"Timestamp": pa.int64()}
     try:
@@ -44,12 +48,27 @@ def read(folder: Path, name: str, columns: list[str], texts: tuple[str, ...] = (
         table = pa.csv.read_csv(path, convert_options=options)
     except (OSError, pa.ArrowInvalid, pa.ArrowKeyError) as error:
         raise Problem(f"{path}: {error}; allowed: CSV with the columns Timestamp (ns), {', '.join(columns)}") from error
-    table = table.drop_null().sort_by("Timestamp")
-    for column in set(columns) - set(texts):
-        table = table.filter(pc.is_finite(table[column]))
+    is_there = {c: pc.is_valid(v) if c in texts else pc.is_finite(v) for c, v in zip(table.column_names, table.columns)}
+    is_there = {c: np.array(v.fill_null(False), dtype=bool) for c, v in is_there.items()}
+    lacking = [f", no {c} in {n}" for c, v in is_there.items() if (n := np.sum(~v))]
+    rows = table.num_rows
+    table = table.filter(pa.array(np.all(list(is_there.values()), axis=0))).sort_by("Timestamp")
+    found = f"{table.num_rows} whole rows of {rows}{''.join(lacking)}"
     if table.num_rows < 2:
-        raise Problem(f"{path}: found {table.num_rows} whole rows; allowed: at least 2")
+        raise Problem(f"{path}: found {found}; allowed: at least 2")
+    if lacking:
+        print(f"{path}: {found}: the others are left out")
     return {c: np.array(table[c].to_pylist() if c in texts else table[c]) for c in table.column_names}
+
+
+def rotations(path: Path, table: dict[str, np.ndarray], columns: list[str]) -> Rotation:
+    """Of the quaternions in four columns."""
+    quaternions = np.stack([table[c] for c in columns], axis=1)
+    lengths = np.linalg.norm(quaternions, axis=1)
+    if len(wrong := np.flatnonzero(np.abs(lengths - 1) > 0.01)):
+        found = f"found a quaternion of length {lengths[wrong[0]]:.3g} at the stamp {table['Timestamp'][wrong[0]]}"
+        raise Problem(f"{path}: {columns[0]} to {columns[-1]}: {found}; allowed: 1, to 1 %")
+    return Rotation.from_quat(quaternions)
 
 
 def joint_angles(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -62,7 +81,7 @@ def joint_angles(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         rows = tf["Child_Frame_ID"] == frame
         if not rows.any():
             raise Problem(f"{folder / name}: Child_Frame_ID: no row of {frame}; allowed: rows of {', '.join(JOINTS)}")
-        turn = nominal.inv() * Rotation.from_quat(np.stack([tf[q][rows] for q in quaternion], axis=1))
+        turn = nominal.inv() * rotations(folder / name, {c: v[rows] for c, v in tf.items()}, quaternion)
         matrix = turn.as_matrix()
         if (worst := matrix[:, 2, 2].min()) < 0.99:
             other = np.degrees(np.arccos(worst))
@@ -134,7 +153,7 @@ def load(folder: Path, rate: float) -> Traverse:
     orientation = [f"Orientation_{a}" for a in "XYZW"]
     rates, accelerations = ([f"{name}_{a}" for a in "XYZ"] for name in ("Angular_Velocity", "Linear_Acceleration"))
     imu = read(folder, "IMU.csv", orientation + rates + accelerations)
-    columns = [f"{name}_{a}" for name in ("Force", "Torque") for a in "XYZ"]
+    columns = ["Force_X", "Force_Y", "Force_Z", "Torque_Y"]
     wrenches = [read(folder, f"FTS_{sensor}_CORRECTED.csv", columns) for sensor in SENSORS]
 
     stamps = [joint[0] for joint in joints.values()] + [table["Timestamp"] for table in (imu, *wrenches)]
@@ -154,7 +173,7 @@ def load(folder: Path, rate: float) -> Traverse:
         return np.stack([at(imu["Timestamp"], imu[name]) for name in names], axis=1)
 
     # Rows of this matrix are world axes in the body frame: the last one is the vertical.
-    body = Rotation.from_quat(np.stack([imu[name] for name in orientation], axis=1)) * TURNED.inv()
+    body = rotations(folder / "IMU.csv", imu, orientation) * TURNED.inv()
     vertical = np.stack([at(imu["Timestamp"], body.as_matrix()[:, 2, i]) for i in range(3)], axis=1)
     pins = [-angle(f"link_bogie_{side}FB") for side in "LR"]
     whole = Traverse(
@@ -171,7 +190,14 @@ def load(folder: Path, rate: float) -> Traverse:
         torque=np.stack([at(w["Timestamp"], w["Torque_Y"]) for w in wrenches], axis=1),
     )
     values = (np.reshape(v, (len(time), -1)) for v in vars(whole).values())
-    return whole[np.isfinite(np.concatenate(list(values), axis=1)).all(axis=1)]
+    kept = np.isfinite(np.concatenate(list(values), axis=1)).all(axis=1)
+    span = f"{kept.sum()} of {len(time)} samples in {(end - start) * 1e-9:.3g} s"
+    gaps = f"gaps of up to {LONGEST_GAP} s between rows of a file"
+    if kept.sum() < 2:
+        raise Problem(f"{folder}: Timestamp: found {span}; allowed: at least 2, with stamps in ns and {gaps}")
+    if not kept.all():
+        print(f"{folder}: {span} are kept, those with {gaps}")
+    return whole[kept]
 
 
 def at_rest(traverse: Traverse) -> np.ndarray:
@@ -273,10 +299,21 @@ def rest_problem(traverse: Traverse, rest: np.ndarray) -> str | None:
     return None
 
 
+def bias_problem(offsets: Forces) -> str | None:
+    """Why a bias is none that a force sensor has."""
+    for what, values in (("N = -Force_Z", offsets.normal), ("T = Force_X", offsets.traction)):
+        if abs(worst := values[i := np.abs(values).argmax()]) > MOST_BIAS:
+            found = f"the bias of {what} at rest is {worst:.1f} N"
+            return f"FTS_{SENSORS[i]}_CORRECTED.csv: {found}; allowed: up to {MOST_BIAS:.0f} N"
+    return None
+
+
 def lever(traverse: Traverse) -> np.ndarray:
-    """Ty over Fx of each wheel, by least squares about their means: height of the sensor over the ground, m."""
+    """Ty over Fx of each wheel, by least squares about their means: height of the sensor over the ground, m. NaN where
+    Fx does not vary."""
     force, torque = (v - v.mean(axis=0) for v in (traverse.force[:, :, 0], traverse.torque))
-    return (force * torque).sum(axis=0) / (force**2).sum(axis=0)
+    square = (force**2).sum(axis=0)
+    return np.divide((force * torque).sum(axis=0), square, out=np.full(6, np.nan), where=square > 0)
 
 
 def report(offsets: Forces, rest: np.ndarray, traverse: Traverse, mass: float, height: float) -> str:
@@ -285,7 +322,8 @@ def report(offsets: Forces, rest: np.ndarray, traverse: Traverse, mass: float, h
     lines = [f"at rest from {first:.1f} to {last:.1f} s: {mass:.2f} kg in all", "bias of N, T (N), wheel torque (N m):"]
     for i, wheel in enumerate(WHEELS):
         values = (f"{v[i]:8.3f}" for v in (offsets.normal, offsets.traction, offsets.torque))
-        lines.append(f"  {wheel} (FTS_{SENSORS[i]}): {' '.join(values)}; Ty/Fx - h = {levers[i] - height:.4f} m")
+        radius = f"= {levers[i] - height:.4f} m" if np.isfinite(levers[i]) else "unknown, Fx does not vary"
+        lines.append(f"  {wheel} (FTS_{SENSORS[i]}): {' '.join(values)}; Ty/Fx - h {radius}")
     return "\n".join(lines)
 
 
@@ -302,26 +340,44 @@ def convert(folder: Path, out: Path, rate: float, below: float, height: float, z
         offsets = bias(found, traverse, rest, marta)
         said = report(offsets, rest, traverse, marta.mass, height)
         if zero:
+            if problem := bias_problem(offsets):
+                raise Problem(f"{folder}: sensors cannot be zeroed: {problem}; --no-zero leaves their bias")
             for name, values in vars(offsets).items():
                 setattr(found, name, getattr(found, name) - values)
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "robot.toml").write_text(text)
-    write(out / "log.csv", log_columns(traverse, found))
-    write(out / "truth.csv", truth_columns(traverse, found))
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "robot.toml").write_text(text)
+        write(out / "log.csv", log_columns(traverse, found))
+        write(out / "truth.csv", truth_columns(traverse, found))
+    except OSError as error:
+        raise Problem(f"--out {out}: {error}; allowed: a folder that can be written") from error
     return said
+
+
+def between(least: float, most: float) -> Callable[[str], float]:
+    """Reads an option that is a number."""
+
+    def number(text: str) -> float:
+        if not least <= (value := float(text)) <= most:
+            raise argparse.ArgumentTypeError(f"found {text}, allowed: {least:g} to {most:g}")
+        return value
+
+    return number
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("traverse", type=Path, help="folder of an exported traverse")
     parser.add_argument("--out", type=Path, required=True, help="folder for log.csv, truth.csv, robot.toml")
-    parser.add_argument("--rate", type=float, default=20.0, help="rows a second (default 20)")
-    parser.add_argument("--below", type=float, default=BELOW, help=f"kg below a force sensor (default {BELOW})")
-    parser.add_argument("--height", type=float, default=HEIGHT, help=f"m of a sensor above the axle (default {HEIGHT})")
+    options = {
+        "--rate": (20.0, "rows a second, 2 to 1000", between(2, 1000)),
+        "--below": (BELOW, "kg below a force sensor, 0 to 10", between(0, 10)),
+        "--height": (HEIGHT, "m of a sensor above the axle, 0 to 1", between(0, 1)),
+    }
+    for name, (default, words, number) in options.items():
+        parser.add_argument(name, type=number, default=default, help=f"{words} (default {default})")
     parser.add_argument("--no-zero", action="store_true", help="leave the bias of the force sensors")
     options = parser.parse_args()
-    if not options.rate > 0:
-        parser.error(f"--rate: found {options.rate}, allowed: above 0")
     try:
         print(convert(options.traverse, options.out, options.rate, options.below, options.height, not options.no_zero))
     except Problem as problem:

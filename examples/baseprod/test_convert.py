@@ -5,6 +5,7 @@ forces. Its sensors are computed with vectors and the joints' frames, not with t
 """
 
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -217,8 +218,7 @@ def test_what_is_missing_is_said(traverse, tmp_path):
     """File, column, what was found, what is allowed."""
 
     def refused(name: str, change) -> str:
-        folder = tmp_path / name
-        folder.mkdir()
+        folder = Path(tempfile.mkdtemp(dir=tmp_path))
         for path in traverse.iterdir():
             text = change(path.read_text()) if path.name == name else path.read_text()
             if text is not None:
@@ -232,7 +232,83 @@ def test_what_is_missing_is_said(traverse, tmp_path):
     assert "IMU.csv" in message and "Linear_Acceleration_Z" in message and "allowed: CSV with the columns" in message
     message = refused("TF_CORRECTED_REAR_BOGIE.csv", lambda text: text.replace("link_DRV_RM", "link_RM"))
     assert "Child_Frame_ID: no row of link_DRV_RM; allowed: rows of" in message
+    imu, frames, force = "IMU.csv", "TF_CORRECTED_REAR_BOGIE.csv", "FTS_FL_CORRECTED.csv"
+
+    def cells(change):
+        """Changes the cells of each row but the head, by its number."""
+
+        def all_rows(text: str) -> str:
+            head, *rows = text.splitlines()
+            rows = [",".join(change(i, row.split(","))) for i, row in enumerate(rows)]
+            return "\n".join([head, *(row for row in rows if row)]) + "\n"
+
+        return all_rows
+
+    message = refused(imu, cells(lambda i, row: row[:1] + ["0"] * 4 + row[5:] if i == 50 else row))
+    assert (
+        f"{imu}: Orientation_X to Orientation_W: found a quaternion of length 0 at the stamp {START + 500_000_000}"
+        in message
+    )
+    message = refused(frames, cells(lambda i, row: row[:-4] + ["0"] * 4 if i == 500 else row))
+    assert f"{frames}: QX to QW: found a quaternion of length 0 at the stamp" in message
+    message = refused(force, cells(lambda i, row: [*row[:1], "nan", *row[2:]]))
+    assert "found 0 whole rows of 1798, no Force_X in 1798, " in message and "allowed: at least 2" in message
+    message = refused(force, cells(lambda i, row: [*row[:3], str(-float(row[3])), *row[4:]]))
+    assert "FTS_FL_CORRECTED.csv: the bias of N = -Force_Z at rest is -" in message and "allowed: up to 20 N" in message
+    # Joints every 0.8 s.
+    message = refused(frames, cells(lambda i, row: row if i // 16 % 20 == 0 else []))
+    assert "Timestamp: found 0 of " in message and "gaps of up to 0.5 s" in message
     assert not (tmp_path / "out").exists()
+
+
+def test_stamps_in_another_unit_are_refused(traverse, tmp_path):
+    """All of them in ms: 18 us have one sample."""
+    for path in traverse.iterdir():
+        head, *rows = path.read_text().splitlines()
+        rows = [f"{int(row[:19]) // 1_000_000}{row[19:]}" for row in rows]
+        (tmp_path / path.name).write_text("\n".join([head, *rows]) + "\n")
+    with pytest.raises(
+        convert.Problem, match="found 1 of 1 samples in 1.79e-05 s; allowed: at least 2, with stamps in ns"
+    ):
+        convert.load(tmp_path, 20.0)
+
+
+def test_columns_that_are_not_used_do_not_count(traverse, tmp_path, capsys):
+    """Torques about x. Rows without a value are left out aloud: each made-up sensor has one."""
+    for path in traverse.iterdir():
+        head, *rows = path.read_text().splitlines()
+        if path.name.startswith("FTS"):
+            rows = [",".join([*row.split(",")[:4], "nan", *row.split(",")[5:]]) for row in rows]
+        (tmp_path / path.name).write_text("\n".join([head, *rows]) + "\n")
+    assert np.isfinite(convert.load(tmp_path, 20.0).torque).all()
+    assert "FTS_FL_CORRECTED.csv: 1797 whole rows of 1798, no Force_X in 1, " in capsys.readouterr().out
+
+
+def test_a_lever_of_a_force_that_does_not_vary_is_not_known(traverse):
+    """In place of a division by 0, which warns."""
+    rest = convert.load(traverse, 20.0)[np.arange(3)]
+    rest.force[:, :, 0] = 1.5
+    assert np.isnan(convert.lever(rest)).all()
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        ("--rate", "inf", "--rate: found inf, allowed: 2 to 1000"),
+        ("--rate", "1e-9", "--rate: found 1e-9, allowed: 2 to 1000"),
+        ("--height", "nan", "--height: found nan, allowed: 0 to 1"),
+        ("--below", "nan", "--below: found nan, allowed: 0 to 10"),
+        ("--out", __file__, "allowed: a folder that can be written"),
+    ],
+)
+def test_options_that_cannot_be_taken(traverse, tmp_path, monkeypatch, capsys, option, value, message):
+    """Refused by name, with what is allowed, and without a log."""
+    out = tmp_path / "out"
+    monkeypatch.setattr(sys, "argv", ["convert.py", str(traverse), "--out", str(out), option, value])
+    with pytest.raises(SystemExit) as stop:
+        convert.main()
+    assert message in f"{stop.value.code} {capsys.readouterr().err}"
+    assert not out.exists()
 
 
 def test_sensors_are_zeroed_on_level_ground_alone(traverse, tmp_path):

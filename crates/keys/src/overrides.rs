@@ -5,6 +5,9 @@ use crate::reader::{Reader, join};
 use crate::source::{Entry, Node, Origin, Source, Value, value_or_text};
 use std::sync::Arc;
 
+/// Largest number of parts of a dotted key, far above that of any key: each is a call.
+const MOST_PARTS: usize = 32;
+
 /// One step of a dotted key.
 pub enum Step<'a> {
     /// A key of a table.
@@ -34,6 +37,11 @@ impl Overrides {
             return self.malformed(reader, &source, key.len());
         };
         let origin = Origin::new(&source, 0..key.len());
+        if steps.len() > MOST_PARTS {
+            let found = steps.len();
+            let message = format!("found a key of {found} parts, allowed: at most {MOST_PARTS}");
+            return reader.push(Problem::at(&origin, "", message));
+        }
         let rest = &text[key.len() + 1..];
         let blank = rest.len() - rest.trim_start().len();
         let value = value_or_text(&source, key.len() + 1 + blank);

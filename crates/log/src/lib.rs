@@ -11,7 +11,7 @@
 //! | `mcap_events`, `messages`, `cdr` | topics of MCAP files; the ROS 2 messages in them |
 //! | `stamp`, `iso8601`, `order` | time stamps and their order |
 //! | `truth` | truth by the names of columns |
-//! | `own_names`, `mapped`, `units`, `formula`, `channel` | which column is which reading, and in which unit |
+//! | `own_names`, `mapped`, `formula`, `channel` | which column is which reading, and in which unit |
 //! | `survey`, `integral`, `frames` | rows of all channels, read and judged; speeds integrated; frames on one time |
 //! | `place`, `bag`, `content`, `log` | from a path to a run; whether a log has what is needed |
 //! | `export` | a run as a log for other tools: readings, forces, odometry |
@@ -49,7 +49,6 @@ mod rows;
 mod stamp;
 mod survey;
 mod truth;
-mod units;
 mod wrap;
 
 pub use content::LogOptions;

@@ -3,12 +3,11 @@
 use crate::bag::{self, is_mcap};
 use crate::channel::stem;
 use crate::formula::across;
-use crate::units::{Kind, Unit};
 use crate::{
     Channel, Clock, ColumnInfo, Formula, LogError, Rows, Source, TimeColumn, TimeUnit, Upward,
 };
 use robhaz_scene::{
-    ChannelChoice, ImuChoice, InclinationSource, Mapping, Reading, ReadingChoice, World,
+    ChannelChoice, ImuChoice, InclinationSource, Kind, Mapping, Reading, ReadingChoice, Unit, World,
 };
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
@@ -304,7 +303,7 @@ fn check(channel: &mut Channel, mapping: &Mapping) -> Result<(), LogError> {
         };
         // A time stamp has the unit of its type.
         let mut own = found.iter().filter(|c| c.name == *name && !c.is_time_stamp);
-        let unit = own.next().and_then(|own| Unit::of_column(own, taken_for));
+        let unit = own.next().and_then(|own| own.stated_unit(taken_for));
         if let Some(unit) = unit.filter(|unit| !stated.agrees(scale, unit)) {
             let message = format!(
                 "its unit is {}, and the description states {}; allowed: {allowed}, or rename the column",

@@ -2,10 +2,9 @@
 
 use crate::channel::stem;
 use crate::mapped::{self, FORWARD, UP, direction};
-use crate::units::{Kind, Unit};
 use crate::{Channel, Clock, ColumnInfo, Formula, LogError, Rows, TimeColumn, Upward, truth};
 use robhaz_model::{Suspension, WholeRover};
-use robhaz_scene::{ChannelChoice, LogChoice, LogSides, Reading};
+use robhaz_scene::{ChannelChoice, Kind, LogChoice, LogSides, Reading, Unit};
 use std::path::Path;
 
 /// Name of the time column.
@@ -217,12 +216,8 @@ impl Table {
             self.missing.extend((!may_lack).then(|| name.to_owned()));
             return None;
         };
-        // However it is written.
-        let is_same = |found: &str| match (Unit::of(found), Unit::of(allowed)) {
-            (Some(a), Some(b)) => a.kind == b.kind && a.factor.to_bits() == b.factor.to_bits(),
-            _ => found == allowed,
-        };
-        let other = column.unit.as_deref().filter(|unit| !is_same(unit));
+        let is_other = |unit: &&str| !Unit::is_same(unit, allowed);
+        let other = column.unit.as_deref().filter(is_other);
         if let Some(found) = other.filter(|_| !column.is_time_stamp) {
             let name = &column.name;
             let problem = format!("column {name} has the unit {found}, allowed: {allowed}");

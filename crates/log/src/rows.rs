@@ -1,7 +1,7 @@
 //! Rows of a table, whatever its format.
 
 use crate::{LogError, Stamp, TimeUnit};
-use robhaz_scene::nearest;
+use robhaz_scene::{Kind, Unit, nearest};
 
 /// One row of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +40,12 @@ pub struct ColumnInfo {
 }
 
 impl ColumnInfo {
+    /// The unit that the table states, in the metadata or in the name, of a column that is taken for a quantity of a kind.
+    pub fn stated_unit(&self, taken_for: Kind) -> Option<Unit> {
+        let stated = self.unit.as_deref().and_then(Unit::of);
+        stated.or_else(|| Unit::in_name(&self.name, taken_for))
+    }
+
     /// The names of columns for messages, of many the first.
     pub fn list(columns: &[Self]) -> String {
         const SHOWN: usize = 40;

@@ -1,6 +1,6 @@
 //! An estimator, for one frame at a time or a whole table.
 
-use crate::error::{invalid, of_frame, of_scene, warn};
+use crate::error::{Outcome, check_sides, invalid, of_frame, of_scene, warn};
 use crate::estimate::Estimate;
 use crate::readings::{Readings, Source, known};
 use crate::table::Table;
@@ -62,6 +62,7 @@ impl Estimator {
     ) -> PyResult<Self> {
         let described = LogChoice::default().described(sensors.as_deref(), robot.as_deref());
         let (choice, notice) = described.map_err(of_scene)?;
+        check_sides(&choice, false)?;
         let estimator = Self::of(choice, name, contact_angles)?;
         if let Some(notice) = notice {
             warn(py, format!("{name}: {notice}"))?;
@@ -116,6 +117,9 @@ impl Estimator {
     }
 }
 
+/// Latest time, s, 317 years: whole numbers of other units are beyond, and a double resolves it to 2 us.
+const LATEST: f64 = 1e10;
+
 /// A time in seconds.
 pub fn seconds(time: &Bound<'_, PyAny>) -> PyResult<f64> {
     // NumPy makes a number of nanoseconds of a time stamp.
@@ -127,14 +131,19 @@ pub fn seconds(time: &Bound<'_, PyAny>) -> PyResult<f64> {
             ));
         }
     }
-    time.extract()
+    let time: f64 = time.extract()?;
+    if time.abs() > LATEST {
+        return Err(invalid(format!(
+            "time: found {time:e}, allowed: a number of s, at most {LATEST:e}"
+        )));
+    }
+    Ok(time)
 }
 
 /// Rows that go to their columns at once: they stay in the fast cache of a core.
 const ROWS_AT_ONCE: usize = 32;
 
-/// Updates the estimator with every row. A row whose time does not increase is an error; one
-/// without an estimate is empty.
+/// Updates the estimator with every row.
 fn estimate_rows(
     estimator: &mut robhaz_estimator::Estimator,
     readings: &Readings,
@@ -142,24 +151,22 @@ fn estimate_rows(
 ) -> PyResult<()> {
     let mut sensors = Vec::with_capacity(ROWS_AT_ONCE);
     let mut estimates = Vec::with_capacity(ROWS_AT_ONCE);
+    let mut outcome = Outcome::default();
     for first in (0..readings.time.len()).step_by(ROWS_AT_ONCE) {
         sensors.clear();
         estimates.clear();
         for row in first..readings.time.len().min(first + ROWS_AT_ONCE) {
             let frame = scene::frame(readings.time[row], &readings.values(row), None);
-            estimates.push(estimator.update(&frame));
+            let found = estimator.update(&frame);
+            outcome.take(row, &found)?;
+            estimates.push(found);
             sensors.push(frame);
-            if let Some(Err(error @ robhaz_estimator::EstimateError::Time { .. })) =
-                estimates.last()
-            {
-                return Err(of_frame(format!("row {row}: {error}")));
-            }
         }
         let rows_made = sensors.iter().zip(estimates.chunks(1));
         let frames: Vec<Frame<'_>> = rows_made.map(|(s, e)| frame(s, e)).collect();
         rows.push_all(&frames);
     }
-    Ok(())
+    outcome.end()
 }
 
 /// A record of readings and their estimates.

@@ -6,8 +6,10 @@
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use robhaz_scene::{Reading, Values};
+use pyo3::types::{PyBytes, PyDict};
+use robhaz_run::ChannelReport;
+use robhaz_scene::{Reading, Unit, Values};
+use robhaz_score::signals::median;
 
 /// The columns of readings that a table has.
 pub struct Readings {
@@ -26,7 +28,7 @@ impl Readings {
         let mut columns = Vec::new();
         for reading in readings {
             if source.has(reading.name()) || !may_lack(reading) {
-                columns.push((reading, source.column(reading.name())?));
+                columns.push((reading, source.column(reading)?));
             }
         }
         let time = source.time;
@@ -60,8 +62,10 @@ impl<'a, 'py> Source<'a, 'py> {
     /// A dictionary of arrays or a table of robhaz, pandas, polars or pyarrow.
     pub fn of(readings: &'a Bound<'py, PyAny>) -> PyResult<Self> {
         let names = names(readings)?;
+        let time = time(readings, &names)?;
+        check_rate(&time)?;
         Ok(Self {
-            time: time(readings, &names)?,
+            time,
             readings,
             names,
         })
@@ -73,8 +77,9 @@ impl<'a, 'py> Source<'a, 'py> {
     }
 
     /// The numbers of a column, as many as the time has.
-    pub fn column(&self, name: &str) -> PyResult<Vec<f64>> {
-        let column = column(self.readings, &self.names, name)?;
+    pub fn column(&self, reading: Reading) -> PyResult<Vec<f64>> {
+        let name = reading.name();
+        let column = column(self.readings, &self.names, name, reading.unit())?;
         let (rows, found) = (self.time.len(), column.len());
         if found != rows {
             return Err(PyValueError::new_err(format!(
@@ -86,12 +91,23 @@ impl<'a, 'py> Source<'a, 'py> {
 }
 
 /// Names of the columns: `column_names` of pyarrow, `keys()` of dictionaries, pandas and robhaz,
-/// `columns` of polars.
+/// `columns` of polars. No reading has a name that is no text.
 fn names(readings: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
-    let names = readings.getattr("column_names");
-    let names = names.or_else(|_| readings.call_method0("keys"));
-    let names = names.or_else(|_| readings.getattr("columns"))?;
-    names.try_iter()?.map(|name| name?.extract()).collect()
+    let names = if readings.hasattr("column_names")? {
+        readings.getattr("column_names")?
+    } else if readings.hasattr("keys")? {
+        readings.call_method0("keys")?
+    } else if readings.hasattr("columns")? {
+        readings.getattr("columns")?
+    } else {
+        return Err(PyTypeError::new_err(format!(
+            "readings: found {}, allowed: a dictionary of arrays, or a table of robhaz, pandas, polars or pyarrow",
+            readings.get_type().name()?
+        )));
+    };
+    let names: Vec<_> = names.try_iter()?.collect::<PyResult<_>>()?;
+    let texts = names.iter().filter_map(|name| name.extract().ok());
+    Ok(texts.collect())
 }
 
 /// A column as it is in the table.
@@ -109,8 +125,19 @@ fn item<'py>(
     )))
 }
 
-fn column(readings: &Bound<'_, PyAny>, names: &[String], name: &str) -> PyResult<Vec<f64>> {
+/// The numbers of a column in this unit.
+fn column(
+    readings: &Bound<'_, PyAny>,
+    names: &[String],
+    name: &str,
+    unit: &str,
+) -> PyResult<Vec<f64>> {
     let item = item(readings, names, name)?;
+    if let Some(found) = stated_unit(readings, name).filter(|found| !Unit::is_same(found, unit)) {
+        return Err(PyValueError::new_err(format!(
+            "readings: column {name:?} has the unit {found}, allowed: {unit}"
+        )));
+    }
     let array = array_of(&item, name)?;
     let refused = match kind(&array)? {
         'M' | 'm' => "time stamps",
@@ -119,15 +146,53 @@ fn column(readings: &Bound<'_, PyAny>, names: &[String], name: &str) -> PyResult
         'U' | 'S' | 'T' => "text",
         _ => {
             let numbers = numbers(&array);
-            return numbers.map_err(|error| {
-                PyTypeError::new_err(format!(
-                    "readings: column {name:?}: {error}, allowed: numbers"
-                ))
-            });
+            return numbers.map_err(|error| no_numbers(name, &error));
         }
     };
     Err(PyTypeError::new_err(format!(
-        "readings: column {name:?} holds {refused}, allowed: numbers in SI units"
+        "readings: column {name:?} holds {refused}, allowed: numbers in {unit}"
+    )))
+}
+
+/// The unit in the metadata of a field of Arrow.
+fn stated_unit(readings: &Bound<'_, PyAny>, name: &str) -> Option<String> {
+    let schema = readings.getattr("schema").ok()?;
+    let field = schema.call_method1("field", (name,)).ok()?;
+    let metadata = field.getattr("metadata").ok()?;
+    let unit = |key: &str| {
+        let key = PyBytes::new(readings.py(), key.as_bytes());
+        let unit: Vec<u8> = metadata.get_item(key).ok()?.extract().ok()?;
+        String::from_utf8(unit).ok()
+    };
+    unit("unit").or_else(|| unit("units"))
+}
+
+/// Refuses times of which no robot has a row so often or so rarely: they have another unit. A few rows can have a gap.
+fn check_rate(times: &[f64]) -> PyResult<()> {
+    /// Rows over which bursts are evened out.
+    const MANY: usize = 20;
+    // A count of rows.
+    let step = |rows: usize, w: &[f64]| (w[rows] - w[0]) / rows as f64;
+    let over = |rows: usize| {
+        times
+            .windows(rows + 1)
+            .map(move |w| step(rows, w))
+            .collect()
+    };
+    let reports = [1, MANY].map(|rows| ChannelReport {
+        period: median(over(rows)).unwrap_or_default(),
+        ..ChannelReport::default()
+    });
+    if !reports.iter().all(ChannelReport::is_of_other_unit) {
+        return Ok(());
+    }
+    let other = reports[0].other_unit();
+    let other = other.map_or(String::new(), |(unit, rate)| {
+        format!("; as {unit} it is {rate:.1} Hz")
+    });
+    Err(PyValueError::new_err(format!(
+        "readings: column \"time\" has a row every {:.3e} s, and no robot is recorded at such a rate, allowed: numbers in s, or time stamps{other}",
+        reports[0].period
     )))
 }
 
@@ -143,7 +208,7 @@ fn time(readings: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Vec<f64>> {
     let stamps = match kind(&array)? {
         'M' => of_type("datetime64[ns]")?,
         'm' => of_type("timedelta64[ns]")?,
-        _ => return column(readings, names, NAME),
+        _ => return column(readings, names, NAME, "s"),
     };
     // What NumPy writes for a stamp that is missing.
     if let Some(row) = stamps.iter().position(|stamp| *stamp == i64::MIN) {
@@ -169,19 +234,28 @@ fn array_of<'py>(item: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, Py
     ];
     let unit = unit.into_iter().find(|(start, _)| dtype.starts_with(start));
     let array = match unit {
-        Some((_, unit)) if item.hasattr("to_numpy")? => item.call_method1("to_numpy", (unit,))?,
-        _ => numpy.call_method1("asarray", (&without_mask(item)?,))?,
+        Some((_, unit)) if item.hasattr("to_numpy")? => item.call_method1("to_numpy", (unit,)),
+        _ => numpy.call_method1("asarray", (&without_mask(item)?,)),
     };
-    let array = match kind(&array)? {
-        'O' => of_objects(&array)?,
-        _ => array,
-    };
-    match array.getattr("ndim")?.extract()? {
-        1_usize => Ok(array),
-        axes => Err(PyValueError::new_err(format!(
-            "readings: column {name:?} has {axes} axes, allowed: 1"
-        ))),
+    let array = array.map_err(|error| no_numbers(name, &error))?;
+    let axes: usize = array.getattr("ndim")?.extract()?;
+    if axes != 1 {
+        let found = item.get_type().name()?;
+        return Err(PyValueError::new_err(format!(
+            "readings: column {name:?}, of type {found}, has {axes} axes, allowed: 1"
+        )));
     }
+    match kind(&array)? {
+        'O' => of_objects(&array),
+        _ => Ok(array),
+    }
+}
+
+/// The error of a column that is not made of numbers.
+fn no_numbers(name: &str, error: &PyErr) -> PyErr {
+    PyTypeError::new_err(format!(
+        "readings: column {name:?}: {error}, allowed: numbers"
+    ))
 }
 
 /// A masked array of numbers as one in which what is masked is missing.

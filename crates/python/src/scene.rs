@@ -1,6 +1,6 @@
 //! Scenes, with overrides.
 
-use crate::error::{of_run, of_scene, warn};
+use crate::error::{invalid, of_run, of_scene, warn};
 use crate::estimator::Estimator;
 use crate::run::Run;
 use pyo3::exceptions::PyTypeError;
@@ -100,13 +100,25 @@ fn texts(overrides: Option<Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
     let text = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key: String = key.extract()?;
         let plain = value.cast::<PyString>().map(ToString::to_string);
-        Ok(format!("{key}={}", plain.or_else(|_| toml(&key, &value))?))
+        Ok(format!(
+            "{key}={}",
+            plain.or_else(|_| toml(&key, &value, 0))?
+        ))
     };
     pairs.iter().map(text).collect()
 }
 
+/// Most lists and dictionaries within each other in a value, far above what any key takes: each is a call.
+const DEEPEST: usize = 16;
+
 /// A value as TOML.
-fn toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+fn toml(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<String> {
+    if depth > DEEPEST {
+        return Err(invalid(format!(
+            "{key}: found more than {DEEPEST} lists or dictionaries within each other, allowed: at most {DEEPEST}"
+        )));
+    }
+    let inner = |value: &Bound<'_, PyAny>| toml(key, value, depth + 1);
     if value.cast::<PyBool>().is_ok() {
         return Ok(value.extract::<bool>()?.to_string());
     }
@@ -123,11 +135,11 @@ fn toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     }
     // NumPy's numbers are neither, and its arrays are no sequences.
     if let Ok(plain) = value.call_method0("tolist") {
-        return toml(key, &plain);
+        return inner(&plain);
     }
     if let Ok(table) = value.cast::<PyDict>() {
         let entry = |(k, v): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-            Ok(format!("{} = {}", toml(key, &k)?, toml(key, &v)?))
+            Ok(format!("{} = {}", inner(&k)?, inner(&v)?))
         };
         let entries: PyResult<Vec<_>> = table.iter().map(entry).collect();
         return Ok(format!("{{ {} }}", entries?.join(", ")));
@@ -138,6 +150,6 @@ fn toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
             "{key}: found {found}, allowed: a number, a text, True or False, a list or a dictionary of these"
         )));
     };
-    let items: PyResult<Vec<_>> = items.map(|item| toml(key, &item?)).collect();
+    let items: PyResult<Vec<_>> = items.map(|item| inner(&item?)).collect();
     Ok(format!("[{}]", items?.join(", ")))
 }

@@ -1,6 +1,6 @@
 //! An estimator of a rover with both sides, for one frame at a time or a whole table.
 
-use crate::error::{invalid, of_frame, of_scene, warn};
+use crate::error::{Outcome, check_sides, invalid, of_frame, of_scene, warn};
 use crate::estimator::{frame, seconds};
 use crate::readings::{Readings, Source, known};
 use crate::table::Table;
@@ -11,7 +11,7 @@ use robhaz_estimator::whole::{WholeEstimate as Found, WholeFrame};
 use robhaz_model::Coupling;
 use robhaz_record::Table as Columns;
 use robhaz_run::{BothFrame, BothSides, Frame};
-use robhaz_scene::{LogChoice, Reading, coupling_angle, whole_frame};
+use robhaz_scene::{LogChoice, Reading, whole_frame};
 
 use std::path::PathBuf;
 
@@ -20,6 +20,8 @@ type Six = (f64, f64, f64, f64, f64, f64);
 /// See the stub `_robhaz.pyi`.
 #[pyclass(module = "robhaz")]
 pub struct WholeEstimator {
+    name: String,
+    coupling: Coupling,
     inner: robhaz_estimator::whole::WholeEstimator,
 }
 
@@ -30,7 +32,9 @@ impl WholeEstimator {
     fn new(py: Python<'_>, robot: PathBuf, sensors: Option<PathBuf>) -> PyResult<Self> {
         let described = LogChoice::default().described(sensors.as_deref(), Some(&robot));
         let (mut choice, notice) = described.map_err(of_scene)?;
+        check_sides(&choice, true)?;
         choice.select(&["kalman".to_owned()]).map_err(invalid)?;
+        choice.keep_one_of_both(true).map_err(invalid)?;
         let (Some(rover), Some(kalman)) = (choice.robot.whole_rover(), choice.estimators.first())
         else {
             return Err(invalid(format!(
@@ -43,7 +47,11 @@ impl WholeEstimator {
         if let Some(notice) = notice {
             warn(py, notice)?;
         }
-        inner.map(|inner| Self { inner }).map_err(invalid)
+        Ok(Self {
+            name: kalman.name.clone(),
+            coupling: rover.coupling,
+            inner: inner.map_err(invalid)?,
+        })
     }
 
     #[pyo3(signature = (time, wheel_angle, motor_torque, pins, coupling, inclination, roll, rates, steering=None))]
@@ -79,23 +87,18 @@ impl WholeEstimator {
 
     fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
         let source = Source::of(readings)?;
-        let coupling = match source.has(coupling_angle(Coupling::RearBogie)) {
-            true => Coupling::RearBogie,
-            false => Coupling::Differential,
-        };
-        let mut columns: Vec<Reading> = Reading::of_both(coupling).collect();
+        let mut columns: Vec<Reading> = Reading::of_both(self.coupling).collect();
         // What one side has, too, comes last: a table without both lacks the others first.
         columns.sort_by_key(|reading| !reading.is_of_both());
         let readings = Readings::of(source, columns, Reading::is_optional)?;
         let inner = &mut self.inner;
-        Table::of(Columns::estimate_of_both("whole"), |rows| {
+        Table::of(Columns::estimate_of_both(&self.name), |rows| {
             py.detach(|| {
+                let mut outcome = Outcome::default();
                 for row in 0..readings.time.len() {
                     let readings = whole_frame(readings.time[row], &readings.values(row));
                     let found = inner.update(&readings);
-                    if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = found {
-                        return Err(of_frame(format!("row {row}: {error}")));
-                    }
+                    outcome.take(row, &found)?;
                     let time = readings.time;
                     let sides = BothSides {
                         readings,
@@ -114,7 +117,7 @@ impl WholeEstimator {
                         ..frame(&sensors, &[])
                     }]);
                 }
-                Ok(())
+                outcome.end()
             })
         })
     }

@@ -102,6 +102,8 @@ def test_faults_of_six_wheels_are_named(tmp_path):
         robhaz.WholeEstimator(OSR).estimate(_at_rest(2) | {"differential_angle": np.zeros(3)})
     with pytest.raises(robhaz.EstimateError, match="no frame so far has the reading"):
         robhaz.WholeEstimator(OSR).update(0.0, [None] * 6, [0] * 6, [0, 0], 0, 0, 0, [0, 0, 0])
+    with pytest.raises(robhaz.EstimateError, match="no row has an estimate; row 1: no frame so far has the reading"):
+        robhaz.WholeEstimator(OSR).estimate(_at_rest(2) | {"differential_angle": np.full(2, np.nan)})
     # A row without an estimate is empty.
     late = _at_rest(2) | {"left_pin_angle": np.array([np.nan, 0.0])}
     table = robhaz.WholeEstimator(OSR).estimate(late)
@@ -110,6 +112,33 @@ def test_faults_of_six_wheels_are_named(tmp_path):
     masked = late | {"left_pin_angle": np.ma.masked_array([5.0, 0.0], mask=[True, False])}
     found = robhaz.WholeEstimator(OSR).estimate(masked)["right_wheel3_normal_force"]
     assert np.array_equal(found, table["right_wheel3_normal_force"], equal_nan=True)
+
+
+@pytest.mark.filterwarnings("ignore:budget.body_cg")
+def test_the_robot_says_which_coupling_it_has():
+    """Equivalence: the column of the other coupling does not count, whatever it holds, and does not stand for its own."""
+    readings = _at_rest(3)
+    table = robhaz.WholeEstimator(OSR).estimate(readings)
+    assert table.name == "estimate-kalman"
+    for other in (np.full(3, 0.2), np.full(3, np.nan)):
+        found = robhaz.WholeEstimator(OSR).estimate(readings | {"rear_bogie_angle": other})
+        np.testing.assert_array_equal(found["left_wheel1_normal_force"], table["left_wheel1_normal_force"])
+    with pytest.raises(KeyError, match='no column "rear_bogie_angle"'):
+        robhaz.WholeEstimator(ROOT / "robots" / "marta.toml").estimate(readings)
+
+
+@pytest.mark.filterwarnings("ignore:.*budget.body_cg")
+def test_sides_that_an_estimator_is_not_of_are_refused(tmp_path):
+    """As the command does, with the place of the key."""
+    sensors = tmp_path / "x.toml"
+    sensors.write_text('sides = "both"\n')
+    with pytest.raises(robhaz.SceneError, match='x.toml:1: sides: found "both", allowed: "one of two", "plane"'):
+        robhaz.Estimator(sensors=sensors)
+    robhaz.WholeEstimator(OSR, sensors=sensors)
+    sensors.write_text('\nsides = "plane"\n')
+    with pytest.raises(robhaz.SceneError, match='x.toml:2: sides: found "plane", allowed: "both"'):
+        robhaz.WholeEstimator(OSR, sensors=sensors)
+    robhaz.Estimator(sensors=sensors)
 
 
 def test_a_table_has_the_columns_and_units_of_a_run(run):
@@ -230,6 +259,21 @@ def test_overrides_take_python_values():
         robhaz.Scene({"seed": object()})
 
 
+def test_values_within_values_and_parts_of_keys_are_limited():
+    """An error in place of the end of the process."""
+    itself, deep = [], 0.0
+    itself.append(itself)
+    for _ in range(100_000):
+        deep = [deep]
+    for value in (itself, deep):
+        with pytest.raises(
+            ValueError, match="terrain.points: found more than 16 lists or dictionaries within each other"
+        ):
+            robhaz.Scene({"terrain.points": value})
+    with pytest.raises(robhaz.SceneError, match="found a key of 60001 parts, allowed: at most 32"):
+        robhaz.Scene(["a." * 60_000 + "a=1"])
+
+
 def test_errors_have_the_text_of_the_command(tmp_path):
     path = tmp_path / "x.toml"
     path.write_text("[drive]\ntorque_limit = -3\nsped = 1\n")
@@ -260,7 +304,9 @@ def test_a_robot_whose_errors_are_not_stated_counts_as_people_build_them(run, tm
     The command measures the torques' noise in the log where none is stated; an estimator on a robot cannot.
     """
     (tmp_path / "mine.toml").write_text("[budget]\ntorque_noise = 0.1\n")
-    with pytest.warns(UserWarning, match="^kalman: budget.body_cg and budget.link_masses are not stated, .* parts to 3 %"):
+    with pytest.warns(
+        UserWarning, match="^kalman: budget.body_cg and budget.link_masses are not stated, .* parts to 3 %"
+    ):
         found = robhaz.Estimator("kalman", sensors=tmp_path / "mine.toml").estimate(run.sensors)
     names = run.sensors.columns
     rows = zip(*(run.sensors[name] for name in names))
@@ -431,8 +477,44 @@ def test_what_is_no_number_is_refused(scene, run):
         ("time", np.full(rows, "2024-05-01"), TypeError, "holds text"),
         ("time", np.full(rows, "2024-05-01", dtype=object), TypeError, 'column "time": .*could not convert'),
         ("time", np.full(rows, np.datetime64("NaT", "ns")), ValueError, "no time in row 0"),
+        ("time", np.arange(rows) * 1_000_000, ValueError, "a row every 1.000e6 s, .*; as ns it is 1000.0 Hz"),
+        (
+            "time",
+            np.arange(rows) * 1e-9,
+            ValueError,
+            "a row every 1.000e-9 s, .*, allowed: numbers in s, or time stamps",
+        ),
+        ("wheel1_angle", None, ValueError, 'column "wheel1_angle", of type NoneType, has 0 axes, allowed: 1'),
     ):
         with pytest.raises(error, match=match):
             estimator.estimate(arrays | {column: values})
     with pytest.raises(TypeError, match="found a time stamp"):
         estimator.update(stamps[0], [0] * 3, [0] * 3, [0, 0], [0, 0])
+    with pytest.raises(ValueError, match="time: found 1.7e18, allowed: a number of s, at most 1e10"):
+        estimator.update(1_700_000_000_000_000_000, [0] * 3, [0] * 3, [0, 0], [0, 0])
+    for other in (None, [1, 2], "abc", np.zeros((3, 3)), np.rec.fromarrays(list(arrays.values()), names=list(arrays))):
+        found = type(other).__name__
+        with pytest.raises(TypeError, match=f"readings: found {found}, allowed: a dictionary of arrays, or a table of"):
+            estimator.estimate(other)
+    with pytest.raises(robhaz.EstimateError, match=f"no row has an estimate; row {rows - 1}: no frame so far has"):
+        estimator.estimate(arrays | {"link1_rate": np.full(rows, np.nan)})
+    # A column of another name does not count, whatever name and content it has.
+    assert len(scene.estimator("kalman-no-angles").estimate(arrays | {3: None, "foo": "bar"})) == rows
+
+
+def test_columns_of_arrow_are_checked(scene, run):
+    """Units in the metadata, as the command does. Decimals are numbers."""
+    arrow = pytest.importorskip("pyarrow")
+    estimator, table = scene.estimator("kalman-no-angles"), arrow.table(run.sensors)
+    place = table.column_names.index("link1_inclination")
+
+    def with_column(values, key, unit):
+        return table.set_column(place, arrow.field("link1_inclination", values.type, metadata={key: unit}), values)
+
+    inclination = table["link1_inclination"]
+    for key in ("unit", "units"):
+        with pytest.raises(ValueError, match='column "link1_inclination" has the unit deg, allowed: rad'):
+            estimator.estimate(with_column(inclination, key, "deg"))
+    assert len(estimator.estimate(with_column(inclination, "unit", "radians"))) == table.num_rows
+    decimals = arrow.array([0] * table.num_rows).cast(arrow.decimal128(21, 2))
+    assert len(estimator.estimate(with_column(decimals, "unit", "rad"))) == table.num_rows

@@ -37,9 +37,9 @@ mod values;
 pub use estimators::EstimatorChoice;
 pub use load::reference;
 pub use log::{
-    ChannelChoice, EstimatorError, ImuChoice, InclinationSource, LogChoice, LogSides, Mapping,
-    Reading, ReadingChoice, StatedAt, Values, World, coupling_angle, frame, log_reference,
-    whole_frame,
+    ChannelChoice, EstimatorError, ImuChoice, InclinationSource, Kind, LogChoice, LogSides,
+    Mapping, Reading, ReadingChoice, StatedAt, Unit, Values, World, coupling_angle, frame,
+    log_reference, whole_frame,
 };
 pub use model_error::{ModelError, ModelErrorTooLarge, errors_of_scales};
 pub use plant_failure::PlantFailure;

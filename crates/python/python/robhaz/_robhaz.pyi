@@ -21,7 +21,8 @@ _Overrides: TypeAlias = Mapping[str, Any] | Sequence[str]
 
 class _Columns(Protocol):
     """A dictionary of arrays, or a table of robhaz, pandas, polars or pyarrow. The column `time` has numbers in s, or time
-    stamps of any of these libraries: of stamps, times are those since the first row."""
+    stamps of any of these libraries: of stamps, times are those since the first row. Rows come at 2 Hz to 100 kHz, else
+    the time has another unit. A unit in the metadata of an Arrow field must be that of the reading."""
 
     def __getitem__(self, name: str, /) -> Any: ...
 
@@ -173,7 +174,7 @@ class Estimator:
 
         `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `kalman`) or an estimator that `sensors` lists.
         `sensors` states the noise budget, the damping and whether the readings are of one side of two, the default, or of
-        a robot in the plane (`sides`, docs/logs.md); its columns have no effect here: leave `[reading]`, `missing` and `[[channel]]` out. Without
+        a robot in the plane (`sides`, docs/logs.md; of both sides there is `WholeEstimator`); its columns have no effect here: leave `[reading]`, `missing` and `[[channel]]` out. Without
         `robot` it is robot A. A robot whose errors neither file states (`body_cg`, `link_masses`, `load_covariance`) counts
         as people build them: masses to 3 %, centres of mass to 5 mm, pins to 1 mm; a warning says so. With `contact_angles="none"` the estimator finds the contact angles itself.
 
@@ -200,12 +201,13 @@ class Estimator:
     ) -> Estimate:
         """The estimate of the next frame.
 
-        `time`: s, increasing. `wheel_angle`: 3, rad, turn of each wheel relative to its link, forward positive.
+        `time`: s, increasing, at most 1e10. `wheel_angle`: 3, rad, turn of each wheel relative to its link, forward positive.
         `motor_torque`: 3, N m at the wheel after the gear, forward positive. `inclination`, `rate`: 2, links 1 and 2,
         rad and rad/s, nose up positive. `contact_angle`: 3, rad. `rate_error`: 2, rad/s, what rates that follow from
         the angle of a joint err by beyond a gyroscope's noise. `None` or NaN is a missing reading: the last one is held.
 
-        Raises `EstimateError`; the next frame may have an estimate again.
+        Raises `EstimateError`; the next frame may have an estimate again. Where the time jumps back by more than 0.5 s, the
+        filters start anew.
         """
 
     def estimate(self, readings: _Columns) -> Table:
@@ -216,7 +218,9 @@ class Estimator:
         for wheels 2 and 3, `link1_inclination`, `link1_rate`, the same for link 2. NaN is a missing reading. A row
         without an estimate is empty. Other Python threads go on meanwhile.
 
-        Raises `EstimateError` with the row where the time does not increase, `KeyError` for a missing column.
+        Raises `EstimateError` with the row where the time does not increase, and if no row has an estimate; `KeyError` for a
+        missing column, `TypeError` or `ValueError` for one that cannot be taken. Where the time jumps back by more than
+        0.5 s, the filters start anew.
         """
 
 @final
@@ -298,14 +302,15 @@ class WholeEstimator:
     ) -> WholeEstimate:
         """The estimate of the next frame.
 
-        `time`: s, increasing. `wheel_angle`: 6, rad, turn of each wheel relative to its link, forward positive.
+        `time`: s, increasing, at most 1e10. `wheel_angle`: 6, rad, turn of each wheel relative to its link, forward positive.
         `motor_torque`: 6, N m at the wheel after the gear, forward positive. `pins`: 2, rad, left and right bogie against
         its link, nose up. `coupling`: rad, left rocker against the body, nose up, or the rear bogie's roll against the
         body, left side up. `inclination`, `roll`: rad, of the body, nose up and left side up: `atan2(f_x, hypot(f_y, f_z))`
         and `atan2(f_y, f_z)` of an accelerometer at rest. `rates`: 3, rad/s: roll, pitch (nose up), yaw (to the left).
         `steering`: 6, rad, to the left. `None` or NaN is a missing reading: the last one is held.
 
-        Raises `EstimateError`; the next frame may have an estimate again.
+        Raises `EstimateError`; the next frame may have an estimate again. Where the time jumps back by more than 0.5 s, the
+        filters start anew.
         """
 
     def estimate(self, readings: _Columns) -> Table:
@@ -314,10 +319,12 @@ class WholeEstimator:
 
         `readings`: arrays of shape (rows,), named `time`; `left_wheel1_angle`, `left_wheel1_motor_torque`, where it steers
         `left_wheel1_steering`, to `right_wheel3_...`; `left_pin_angle`, `right_pin_angle`; `differential_angle` or
-        `rear_bogie_angle`; `body_inclination`, `body_roll`, `body_roll_rate`, `body_rate`, `body_yaw_rate`. NaN is a
+        `rear_bogie_angle`, as the robot has; `body_inclination`, `body_roll`, `body_roll_rate`, `body_rate`, `body_yaw_rate`. NaN is a
         missing reading. A row without an estimate is empty. Other Python threads go on meanwhile.
 
-        Raises `EstimateError` with the row where the time does not increase, `KeyError` for a missing column.
+        Raises `EstimateError` with the row where the time does not increase, and if no row has an estimate; `KeyError` for a
+        missing column, `TypeError` or `ValueError` for one that cannot be taken. Where the time jumps back by more than
+        0.5 s, the filters start anew.
         """
 
 @final

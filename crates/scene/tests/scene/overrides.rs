@@ -187,6 +187,13 @@ fn malformed_overrides() {
             ),
         );
     }
+    for (key, parts) in [
+        ("a.".repeat(60_000) + "a", 60_001),
+        ("a".to_owned() + &"[0]".repeat(32), 33),
+    ] {
+        let expected = format!("--set {key}=1: found a key of {parts} parts, allowed: at most 32");
+        one("", &[&format!("{key}=1")], &expected);
+    }
     for bad in [
         "0=3",
         "drive.0=3",

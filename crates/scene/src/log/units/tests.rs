@@ -3,12 +3,7 @@
 use super::*;
 
 fn unit(name: &str, taken_for: Kind) -> Option<(Kind, f64)> {
-    let column = ColumnInfo {
-        name: name.to_owned(),
-        unit: None,
-        is_time_stamp: false,
-    };
-    Unit::of_column(&column, taken_for).map(|unit| (unit.kind, unit.factor))
+    Unit::in_name(name, taken_for).map(|unit| (unit.kind, unit.factor))
 }
 
 /// However a unit is written.

@@ -1,19 +1,25 @@
 //! Units that a table states of a column: in brackets, at the end of the name, in the metadata of a Parquet field.
 //! One that contradicts the description is an error: nothing in the numbers need show it.
 
-use crate::ColumnInfo;
 use Kind::{Angle, Counts, Current, Force, Other, Rate, Time, Torque};
 use std::f64::consts::{PI, TAU};
 
 /// What a unit measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
+    /// An angle.
     Angle,
+    /// Counts of an encoder.
     Counts,
+    /// A torque.
     Torque,
+    /// A current, of a motor.
     Current,
+    /// An angular velocity.
     Rate,
+    /// A time.
     Time,
+    /// A force.
     Force,
     /// What no reading is in.
     Other,
@@ -24,7 +30,9 @@ pub enum Kind {
 pub struct Unit {
     /// As it is written.
     pub name: String,
+    /// What it measures.
     pub kind: Kind,
+    /// Its factor to the SI unit.
     pub factor: f64,
 }
 
@@ -98,14 +106,17 @@ impl Unit {
         })
     }
 
-    /// What a table states of a column that is taken for a quantity of a kind; `None` where it states none.
-    pub fn of_column(column: &ColumnInfo, taken_for: Kind) -> Option<Self> {
-        let stated = column.unit.as_deref().and_then(Self::of);
-        stated.or_else(|| Self::in_name(&column.name, taken_for))
+    /// Whether two names mean the same unit, however they are written.
+    pub fn is_same(one: &str, other: &str) -> bool {
+        match (Self::of(one), Self::of(other)) {
+            (Some(a), Some(b)) => a.kind == b.kind && a.factor.to_bits() == b.factor.to_bits(),
+            _ => one == other,
+        }
     }
 
-    /// The unit in a column's name: in brackets anywhere, after a slash, a comma or `in`, or as one of its words.
-    fn in_name(name: &str, taken_for: Kind) -> Option<Self> {
+    /// The unit in the name of a column that is taken for a quantity of a kind: in brackets anywhere, after a slash, a
+    /// comma or `in`, or as one of its words.
+    pub fn in_name(name: &str, taken_for: Kind) -> Option<Self> {
         let brackets = [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')];
         let in_brackets = brackets.iter().find_map(|(open, close)| {
             let (_, rest) = name.split_once(*open)?;
