@@ -92,9 +92,10 @@ impl Estimate {
         }
     }
 
+    /// NaN where the variance is.
     fn sigma(&self, k: usize) -> Option<f64> {
         let variance = self.kalman.as_ref()?.covariance.get(k)?.get(k)?;
-        Some(robhaz_model::sqrt(variance.max(0.0)))
+        Some(robhaz_model::sqrt(variance.clamp(0.0, f64::INFINITY)))
     }
 }
 
@@ -133,7 +134,7 @@ pub struct ReadingErrors {
 /// Why there is no estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EstimateError {
-    /// A reading has been missing from all frames so far.
+    /// A reading has been missing from all frames so far, or was never within what a robot can do.
     Missing {
         /// Which field of [`crate::SensorFrame`].
         field: &'static str,
@@ -155,13 +156,21 @@ pub enum EstimateError {
 impl core::fmt::Display for EstimateError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Missing { field } => write!(f, "no frame so far has the reading {field}"),
+            Self::Missing { field } => {
+                write!(
+                    f,
+                    "no frame so far has the reading {field} within what a robot can do"
+                )
+            }
             Self::Time { last, now } => write!(
                 f,
                 "time must increase by at least 0.5 us: the last frame was at {last} s, this one at {now} s"
             ),
             Self::Linkage(e) => e.fmt(f),
-            Self::Singular => write!(f, "the statics are singular in this posture"),
+            Self::Singular => write!(
+                f,
+                "a normal force is undetermined: the statics are singular in this posture, or readings are wrong"
+            ),
         }
     }
 }

@@ -27,7 +27,7 @@ pub(crate) const IMPACT: f64 = 20.0;
 pub const LARGEST_TORQUE: f64 = 300.0;
 
 /// Limits of a robot of this kind. A reading beyond its limit counts as missing.
-mod limit {
+pub(crate) mod limit {
     /// Turn of a wheel, rad: 100 000 km. Beyond it rounding exceeds a count.
     /// Guard.
     pub const TURN: f64 = 1e9;

@@ -102,7 +102,7 @@ impl JointForces {
         let variance = tt - 2.0 * value * tn + value * value * nn;
         NeededFriction {
             value,
-            sigma: robhaz_model::sqrt(variance.max(0.0)) / n,
+            sigma: robhaz_model::sqrt(variance.clamp(0.0, f64::INFINITY)) / n,
         }
     }
 }

@@ -38,7 +38,7 @@ impl Forces {
     /// Standard deviation of N of wheel `i`, N.
     pub fn sigma_normal(&self, i: usize) -> f64 {
         let k = 2 * i + 1;
-        robhaz_model::sqrt(self.covariance[k][k].max(0.0))
+        robhaz_model::sqrt(self.covariance[k][k].clamp(0.0, f64::INFINITY))
     }
 
     /// If any N < 0, replaces the forces by those conditioned on N = 0 for some wheels: the set of

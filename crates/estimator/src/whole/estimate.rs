@@ -117,7 +117,7 @@ impl WholeEstimate {
     /// Standard deviation of N of wheel `i` (0 to 5) along the ground's normal, N.
     pub fn sigma_normal(&self, i: usize) -> Option<f64> {
         let variance: &f64 = self.covariance.get(i)?.get(i)?;
-        Some(robhaz_model::sqrt(variance.max(0.0)))
+        Some(robhaz_model::sqrt(variance.clamp(0.0, f64::INFINITY)))
     }
 
     /// Standard deviation of T of wheel `i` (0 to 5), N.

@@ -90,7 +90,7 @@ fn events_and_gaps_are_shown_where_they_happen() {
         ),
         (
             0.4,
-            "true-mass: no estimate, the statics are singular in this posture",
+            "true-mass: no estimate, a normal force is undetermined: the statics are singular in this posture, or readings are wrong",
         ),
         (0.5, "rear wheel starts to slide at x = -0.300 m"),
         (

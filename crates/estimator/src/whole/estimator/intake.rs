@@ -3,7 +3,7 @@
 use super::WholeEstimator;
 use crate::estimate::EstimateError;
 use crate::filters::LinkAngleKalman;
-use crate::frame::{BodyInputs, LONGEST_GAP, SHORTEST_STEP};
+use crate::frame::{BodyInputs, LONGEST_GAP, SHORTEST_STEP, limit};
 use crate::start::Carried;
 use crate::whole::readings::WholeFrame;
 
@@ -95,9 +95,11 @@ impl WholeEstimator {
             self.yaw.start(first);
         }
         let wheels = frame.wheel_angle.iter().chain(&frame.motor_torque);
-        let readings = readings.iter().chain(wheels);
-        for (known, read) in self.known.iter_mut().zip(readings) {
-            *known |= read.is_some_and(f64::is_finite);
+        let limits = [limit::ANGLE; 5].into_iter().chain([limit::RATE; 2]);
+        let limits = limits.chain([limit::TURN; 12]);
+        let readings = readings.iter().chain(wheels).zip(limits);
+        for (known, (read, limit)) in self.known.iter_mut().zip(readings) {
+            *known |= read.is_some_and(|read| read.abs() <= limit);
         }
         let of_wheels = self.steering.iter_mut().zip(&mut self.steered);
         for ((held, is_steered), read) in of_wheels.zip(frame.steering) {
