@@ -99,7 +99,7 @@ impl Log {
     }
 
     /// Robot, noise budget and estimators, with the errors of the time stamps that count.
-    fn counted(&self) -> LogChoice {
+    pub fn counted(&self) -> LogChoice {
         let mut choice = self.choice.clone();
         choice.budget.jitter = self.jitter.counted(choice.budget.jitter);
         choice
