@@ -367,7 +367,11 @@ impl<'a> Wanted<'a> {
                     "message {} has {column} with the frame_id {frame:?}, one before it with {first:?}: two publishers on one topic; allowed: one; state frame = {first:?} or {frame:?} in its [[channel]]",
                     self.count
                 );
-                return Err(LogError::place(path, format!("topic {}", self.topic), message));
+                return Err(LogError::place(
+                    path,
+                    format!("topic {}", self.topic),
+                    message,
+                ));
             }
         }
         let is_other = !found.is_empty() && found.iter().all(Option::is_none);

@@ -58,7 +58,10 @@ fn split_one(table: &Channel, is_base: bool) -> Option<(Vec<Channel>, String)> {
     }
     let (name, count) = (&table.name, parts.len());
     let frames = match is_base {
-        true => format!(", and those of {} are the frames", found[0].readings[0].0.name()),
+        true => format!(
+            ", and those of {} are the frames",
+            found[0].readings[0].0.name()
+        ),
         false => String::new(),
     };
     let notice = match is_topic {

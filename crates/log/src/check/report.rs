@@ -100,6 +100,23 @@ impl Finding {
         self.cannot_tell(format!("{remedy}; or {or}"))
     }
 
+    /// With what is no number left out. A test whose words have one has not seen what it needs: the log cannot tell.
+    fn with_figure(mut self) -> Self {
+        self.numbers.retain(|number| number.value.is_finite());
+        let of_words = |text: &String| {
+            let mut words = text.split(|c: char| !c.is_alphanumeric());
+            words.any(|word| ["NaN", "inf"].contains(&word))
+        };
+        if of_words(&self.figure) || self.remedy.as_ref().is_some_and(of_words) {
+            "the log has no readings for it at the same times".clone_into(&mut self.figure);
+            let remedy = self.remedy.take().filter(|remedy| !of_words(remedy));
+            let remedy =
+                remedy.unwrap_or_else(|| "record its readings together, on a drive".to_owned());
+            return self.cannot_tell(remedy);
+        }
+        self
+    }
+
     /// Whether it is a fault.
     pub fn is_fault(&self) -> bool {
         self.verdict == Verdict::Fault
@@ -130,6 +147,8 @@ pub struct Report {
 impl Report {
     /// The report of findings.
     pub fn new(findings: Vec<Finding>) -> Self {
+        let findings = findings.into_iter().map(Finding::with_figure);
+        let findings: Vec<Finding> = findings.collect();
         let fault = findings.iter().any(Finding::is_fault);
         Self {
             verdict: if fault { Verdict::Fault } else { Verdict::Ok },

@@ -126,7 +126,12 @@ pub(super) const CHANNELS: List<Table<ChannelChoice>> = List {
         if !channel.topic.is_empty() {
             reader.refuse_given(node, path, "table", "a table or a topic, not both");
         } else {
-            reader.refuse_given(node, path, "frame", "the frame_id of messages, beside a topic");
+            reader.refuse_given(
+                node,
+                path,
+                "frame",
+                "the frame_id of messages, beside a topic",
+            );
         }
         if channel.time_unit != TIME_UNITS[0] && !channel.nanoseconds.is_empty() {
             let allowed = "\"s\" beside nanoseconds, which are added to whole seconds";

@@ -289,6 +289,27 @@ fn of_torques<'a>(
     (next > AS_WELL * best.sum).then_some(wiring)
 }
 
+/// What to state of inclinations that measure something else than stated.
+const FORCE: &str = "state budget.inclination_measures = \"specific-force\": the inclination is that of the acceleration alone, as of an orientation that is made of it";
+const GRAVITY: &str = "state budget.inclination_measures = \"gravity\": a filter of the sensor takes out the accelerations";
+
+/// What to state where inclinations that measure something else than stated fit as well as the `best` exchange, which
+/// fits better than the log as wired, `own`: the axes of the body's sensor in exchange lose its acceleration, too.
+fn other_measure(
+    part: &[WholeFrame],
+    stated: &StatedBoth<'_>,
+    own: &Judgement,
+    best: &Judgement,
+) -> Option<&'static str> {
+    let mut stated = *stated;
+    let measured = &mut stated.settings.budget.specific_force;
+    *measured = !*measured;
+    let is_force = *measured;
+    let found = Judgement::of(part, &stated, &[], |_| false);
+    let is_it = found.sum <= AS_WELL * best.sum && found.is_better(own, true);
+    is_it.then_some(if is_force { FORCE } else { GRAVITY })
+}
+
 /// What [`findings`] has found.
 pub struct Found {
     /// The roll on the ground, and left and right.
@@ -354,7 +375,14 @@ pub fn findings(
     let mut as_well: Vec<&Judged> = others.iter().filter(fits_as_well).collect();
     as_well.sort_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
-    let finding = if is_dragged {
+    let measures = match better {
+        Some([(_, best), ..]) if !is_dragged && !is_upset => other_measure(part, stated, own, best),
+        _ => None,
+    };
+    let finding = if own.sum >= REFUSED {
+        let figure = "the estimator has no force in this part of the log";
+        Finding::ok(TEST, "all", figure).cannot_tell("correct what is missing or wrong first")
+    } else if is_dragged {
         finding.cannot_tell("wheels are dragged across, which no innovation allows for: drive straight on, over bumps")
     } else if is_upset && better.is_some() {
         finding.cannot_tell(
@@ -363,9 +391,14 @@ pub fn findings(
     } else if let Some([]) = better {
         finding.fault("some channels of left and right are exchanged, and the log does not show which: turn each wheel by hand; its own encoder and torque must change")
     } else if let Some([(first, judged), rest @ ..]) = better {
-        (wiring, corrected) = (first, judged);
         let others = rest.iter().map(|(wiring, _)| words(wiring));
-        finding.fault(words(first) + &rewire::as_well(others))
+        if let Some(measures) = measures {
+            let others = std::iter::once(words(first)).chain(others);
+            finding.fault(measures.to_owned() + &rewire::as_well(others))
+        } else {
+            (wiring, corrected) = (first, judged);
+            finding.fault(words(first) + &rewire::as_well(others))
+        }
     } else if let [_, ..] = &as_well[..] {
         let remedy = "drive over bumps under one side, or turn one wheel after the other by hand: its encoder and torque must change";
         let others = as_well.iter().take(LISTED).map(|(wiring, _)| words(wiring));
