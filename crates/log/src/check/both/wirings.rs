@@ -293,21 +293,23 @@ fn of_torques<'a>(
 const FORCE: &str = "state budget.inclination_measures = \"specific-force\": the inclination is that of the acceleration alone, as of an orientation that is made of it";
 const GRAVITY: &str = "state budget.inclination_measures = \"gravity\": a filter of the sensor takes out the accelerations";
 
-/// What to state where inclinations that measure something else than stated fit as well as the `best` exchange, which
-/// fits better than the log as wired, `own`: the axes of the body's sensor in exchange lose its acceleration, too.
+/// What to state where inclinations that measure something else than stated fit better than the log as wired, `own`, and
+/// as well as the `best` exchange has its sum: with the axes of the body's sensor exchanged its acceleration is lost, too.
 fn other_measure(
     part: &[WholeFrame],
     stated: &StatedBoth<'_>,
     own: &Judgement,
-    best: &Judgement,
+    best: f64,
 ) -> Option<&'static str> {
     let mut stated = *stated;
     let measured = &mut stated.settings.budget.specific_force;
     *measured = !*measured;
-    let is_force = *measured;
-    let found = Judgement::of(part, &stated, &[], |_| false);
-    let is_it = found.sum <= AS_WELL * best.sum && found.is_better(own, true);
-    is_it.then_some(if is_force { FORCE } else { GRAVITY })
+    let words = if *measured { FORCE } else { GRAVITY };
+    // A count of frames.
+    let most = AS_WELL * best * part.len() as f64;
+    let found = Judgement::of(part, &stated, &[], |found| found.sum > most);
+    let [_, beyond] = found.over_way(own)?;
+    (found.sum < BETTER * own.sum && beyond > BEYOND).then_some(words)
 }
 
 /// What [`findings`] has found.
@@ -375,10 +377,7 @@ pub fn findings(
     let mut as_well: Vec<&Judged> = others.iter().filter(fits_as_well).collect();
     as_well.sort_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
-    let measures = match better {
-        Some([(_, best), ..]) if !is_dragged && !is_upset => other_measure(part, stated, own, best),
-        _ => None,
-    };
+    let measures = (!is_dragged && !is_upset).then(|| other_measure(part, stated, own, best));
     let finding = if own.sum >= REFUSED {
         let figure = "the estimator has no force in this part of the log";
         Finding::ok(TEST, "all", figure).cannot_tell("correct what is missing or wrong first")
@@ -388,17 +387,16 @@ pub fn findings(
         finding.cannot_tell(
             "correct the faults of the sides first: with them no exchange is to be seen",
         )
+    } else if let Some(Some(measures)) = measures {
+        let others = better.unwrap_or_default().iter();
+        let others = others.take(LISTED).map(|(wiring, _)| words(wiring));
+        finding.fault(measures.to_owned() + &rewire::as_well(others))
     } else if let Some([]) = better {
         finding.fault("some channels of left and right are exchanged, and the log does not show which: turn each wheel by hand; its own encoder and torque must change")
     } else if let Some([(first, judged), rest @ ..]) = better {
+        (wiring, corrected) = (first, judged);
         let others = rest.iter().map(|(wiring, _)| words(wiring));
-        if let Some(measures) = measures {
-            let others = std::iter::once(words(first)).chain(others);
-            finding.fault(measures.to_owned() + &rewire::as_well(others))
-        } else {
-            (wiring, corrected) = (first, judged);
-            finding.fault(words(first) + &rewire::as_well(others))
-        }
+        finding.fault(words(first) + &rewire::as_well(others))
     } else if let [_, ..] = &as_well[..] {
         let remedy = "drive over bumps under one side, or turn one wheel after the other by hand: its encoder and torque must change";
         let others = as_well.iter().take(LISTED).map(|(wiring, _)| words(wiring));
