@@ -169,7 +169,7 @@ fn expected(prior: &Prior<'_>, measurements: &Measurements) -> Option<String> {
     };
     let check = match is_other_mass(ratio) {
         true => "check the unit of the forces, and, of sums of both sides, that they are halved",
-        false => "check the order of the wheels, and scales that show nothing",
+        false => "check the order of the wheels, and each reading",
     };
     (ratio.is_finite()).then(|| {
         format!(

@@ -197,6 +197,25 @@ impl Report {
 mod tests {
     use super::*;
 
+    /// A figure that is no number is none: the log cannot tell, and numbers that are none are left out.
+    #[test]
+    fn no_finding_has_a_figure_that_is_no_number() {
+        let of = |value: f64| Finding::ok("zero", "pin", format!("mean {value:.2} deg"));
+        let findings =
+            [f64::NAN, f64::INFINITY, -f64::INFINITY].map(|x| of(x).with("mean", x, "deg"));
+        let fault = of(1.0).fault(format!("add {:.2} to its offset", f64::NAN));
+        let right = of(1.0).with("mean", 1.0, "deg");
+        let report = Report::new([&findings[..], &[fault, right.clone()]].concat());
+        let text = report.text(true);
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        let (last, others) = report.findings.split_last().unwrap();
+        assert_eq!(*last, right);
+        for finding in others {
+            assert_eq!(finding.verdict, Verdict::CannotTell, "{finding:?}");
+            assert!(finding.numbers.is_empty(), "{finding:?}");
+        }
+    }
+
     /// One fault makes a report faulty; a test that cannot tell does not. Remedies stand below
     /// their lines.
     #[test]
