@@ -248,7 +248,7 @@ fn mistakes_in_a_study_name_their_place() {
         ),
         (
             "[[axis]]\nkey = \"drive.sped\"\nvalues = [0.2]\n",
-            "study.toml:4: drive.sped",
+            "study.toml:3: drive.sped",
             "did you mean speed?",
         ),
         (
@@ -285,6 +285,11 @@ fn mistakes_in_a_study_name_their_place() {
             "[[axis]]\nkey = \"seed\"\ncount = 2\n[[axis]]\nkey = \"seed\"\ncount = 2\n",
             "study.toml:5: axis[1]",
             "varied by an axis above",
+        ),
+        (
+            "set = [\"drive.kp=2\"]\n[[axis]]\nkey = \"drive.kp\"\nvalues = [1, 2]\n",
+            "study.toml:2: set",
+            "an axis varies drive.kp",
         ),
         (
             "[[axis]]\nkey = \"estimator\"\nvalues = [[]]\n",

@@ -145,6 +145,20 @@ fn check_finds_what_is_exchanged() {
     }
 }
 
+/// An inclination of the acceleration alone that is stated to measure gravity fits an exchange of the body's axes as well,
+/// whose acceleration is lost, too: what is stated is named first.
+#[test]
+fn check_names_what_an_inclination_measures() {
+    let budget = BUDGET.replace("[record]", "inclination_measures = \"gravity\"\n[record]");
+    let folder = folder(&budget);
+    let (_, said) = checked(folder.path(), &fixture("readings.csv"));
+    let mut faults = said.lines().skip_while(|line| !line.starts_with("FAULT"));
+    let (fault, remedy) = (faults.next().unwrap(), faults.next().unwrap());
+    assert!(fault.contains("left and right"), "{said}");
+    let words = "state budget.inclination_measures = \"specific-force\"";
+    assert!(remedy.contains(words), "{said}");
+}
+
 /// An estimate says in its first lines that exchanged sides and wrong signs contradict each other, and nothing of
 /// correct readings; summary and terminal say the same.
 #[test]

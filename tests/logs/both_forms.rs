@@ -128,6 +128,30 @@ fn messages_of_both_sides_give_the_same_table() {
         &["estimate-kalman.csv"],
     );
 
+    // The force of the ground on a wheel: T, what `axial_share` of N pushes to the left, N.
+    let table = forces(path, "run");
+    let bytes = std::fs::read(path.join("run.mcap")).unwrap();
+    let mut wrenches = 0;
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let topic = &message.channel.topic;
+        let Some(wheel) = topic.strip_prefix("/robhaz/wrench/kalman/") else {
+            continue;
+        };
+        // The last six numbers: force, and no moment.
+        let numbers = message.data[message.data.len() - 48..].chunks_exact(8);
+        let numbers = numbers.map(|x| f64::from_le_bytes(x.try_into().unwrap()));
+        let force: Vec<f64> = numbers.take(3).collect();
+        let of = |name: &str| table[&format!("{wheel}_{name}")].iter();
+        let (normal, traction) = (of("normal_force"), of("traction"));
+        let rows = normal.zip(traction).zip(&table["axial_share"]);
+        let mut rows = rows.map(|((n, t), share)| [*t, share * n, *n]);
+        assert!(rows.any(|row| row[..] == force[..]), "{wheel}: {force:?}");
+        assert!(force[1] != 0.0, "{wheel}: {force:?}");
+        wrenches += 1;
+    }
+    assert!(wrenches > 1000, "{wrenches}");
+
     // The columns of the example, with the joints' names and signs of the exported file.
     let example = root().join("examples/logs/rover-ros2.toml");
     LogChoice::load(&example, LogChoice::default()).unwrap();

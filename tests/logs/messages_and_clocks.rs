@@ -275,7 +275,7 @@ fn one_wheel_a_message(from: &Path, to: &Path, apart: u32) {
 
 /// Drives that publish their own joint each on one topic: of one stamp their messages are one row,
 /// and the estimates are those of whole messages to the bit. With stamps of their own each drive is
-/// a channel of that topic.
+/// a channel of that topic, stated or not.
 #[test]
 fn joints_in_messages_of_their_own_are_read() {
     let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
@@ -298,6 +298,7 @@ fn joints_in_messages_of_their_own_are_read() {
     std::fs::write(folder.join("three.toml"), three).unwrap();
     one_wheel_a_message(&folder.join("run.mcap"), &folder.join("split.mcap"), 0);
     one_wheel_a_message(&folder.join("run.mcap"), &folder.join("apart.mcap"), 100);
+    one_wheel_a_message(&folder.join("run.mcap"), &folder.join("own.mcap"), 20_000);
     let estimate = |log: &str, sensors: &str| {
         let (out, log) = (format!("of-{log}"), format!("{log}.mcap"));
         let out = ["--format", "csv", "--out", &out];
@@ -315,7 +316,16 @@ fn joints_in_messages_of_their_own_are_read() {
         let rows = format!("{channel}: 2501 rows at 1000 Hz");
         assert!(printed.contains(&rows), "{printed}");
     }
+    let printed = estimate("own", "one.toml");
+    for wheel in ["wheel1", "wheel2", "wheel3"] {
+        let rows = format!("joints, {wheel}_angle: 2501 rows at 1000 Hz");
+        assert!(printed.contains(&rows), "{printed}");
+    }
     let table = |log: &str| folder.join(format!("of-{log}/estimate-kalman.csv"));
+    // 20 and 40 us later they are of the next frame, moved to its time along straight lines, which averages the noise of
+    // two readings; the first frame has none. A wheel that is lost, or a frame late, makes whole newtons.
+    let largest = difference(&table("run"), &table("own"), "normal_force", 0.5);
+    assert!(largest < 0.2, "own: {largest} N");
     for log in ["split", "apart"] {
         // `apart`: offsets are rounded as any time in seconds; a reading in another frame changes N
         // by 1e-4 N and more.
@@ -325,6 +335,81 @@ fn joints_in_messages_of_their_own_are_read() {
             "{log}: {largest} N"
         );
     }
+}
+
+/// A second IMU on the topic of the first one, and a joint that a message names twice, are refused; `frame` chooses one IMU,
+/// and the estimates are those of a file without the other one to the bit.
+#[test]
+fn publishers_that_share_a_topic_are_told_apart() {
+    let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
+    let folder = folder.path();
+    exported_messages(folder);
+    let run = std::fs::read(folder.join("run.mcap")).unwrap();
+    let copy = |out: &str, topic: &str, from: &[u8], to: &[u8], keeps: bool| {
+        let file = std::fs::File::create(folder.join(out)).unwrap();
+        let mut writer = mcap::Writer::new(file).unwrap();
+        for message in mcap::MessageStream::new(&run).unwrap() {
+            let mut message = message.unwrap();
+            if message.channel.topic != topic {
+                writer.write(&message).unwrap();
+                continue;
+            }
+            if keeps {
+                writer.write(&message).unwrap();
+            }
+            let data = message.data.to_mut();
+            let at = data.windows(from.len()).position(|bytes| bytes == from);
+            let at = at.unwrap();
+            data[at..at + from.len()].copy_from_slice(to);
+            if keeps {
+                // Numbers of the orientation: another sensor.
+                data[32..48].reverse();
+            }
+            writer.write(&message).unwrap();
+        }
+        writer.finish().unwrap();
+    };
+    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
+    let example = example.replace("\"-2 ms\"", "0");
+    std::fs::write(folder.join("any.toml"), &example).unwrap();
+    for frame in ["link1", "other"] {
+        let topic = "topic = \"/imu/link1\"\n";
+        let text = example.replace(topic, &format!("{topic}frame = \"{frame}\"\n"));
+        assert_ne!(text, example);
+        std::fs::write(folder.join(format!("{frame}.toml")), text).unwrap();
+    }
+    copy("two.mcap", "/imu/link1", b"link1\0", b"camra\0", true);
+    let error = refused(folder, &["two.mcap", "--sensors", "any.toml"]);
+    let words = "state frame = \"link1\" or \"camra\" in its [[channel]]";
+    assert!(error.contains(words), "{error}");
+    let error = refused(folder, &["two.mcap", "--sensors", "other.toml"]);
+    let words = "no message with the frame_id \"other\" of the topic /imu/link1, found: \"camra\", \"link1\"";
+    assert!(error.contains(words), "{error}");
+    for (log, sensors) in [("run", "any"), ("two", "link1")] {
+        let (out, log) = (format!("of-{log}"), format!("{log}.mcap"));
+        let sensors = format!("{sensors}.toml");
+        let args = [&log, "--sensors", &sensors, "--estimator", "kalman"];
+        estimated(
+            folder,
+            &[&args[..], &["--format", "csv", "--out", &out]].concat(),
+        );
+    }
+    let table = |log: &str| folder.join(log).join("estimate-kalman.csv");
+    let largest = difference(&table("of-run"), &table("of-two"), "normal_force", 0.0);
+    assert!(largest <= 0.0, "{largest} N");
+
+    copy(
+        "twice.mcap",
+        "/joint_states",
+        b"wheel2\0",
+        b"wheel1\0",
+        false,
+    );
+    let error = refused(folder, &["twice.mcap", "--sensors", "any.toml"]);
+    assert!(
+        error.contains("a message has wheel1.position twice"),
+        "{error}"
+    );
 }
 
 /// Two tables with clocks, rates, units and signs of their own give estimates as accurate as the

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 /// Stamps that err by 1 ms: `check` measures it by the wheels and says the budget, `estimate` takes it.
-/// Half of the 1 ms of a stamp is 2 mrad of a wheel, 50 counts: N is known to 3 N at most, the clean
+/// The description that it writes has it, too. Half of the 1 ms of a stamp is 2 mrad of a wheel, 50 counts: N is known to 3 N at most, the clean
 /// log's 2 N and what a slower observer costs.
 #[test]
 fn the_jitter_of_stamps_is_measured_and_counts() {
@@ -48,6 +48,12 @@ fn errors_of_a_millisecond_are_measured_and_count(mut stamp: impl FnMut(f64) -> 
         "{}",
         text(&estimated.stderr)
     );
+    let written = fs::read_to_string(folder.join("out/log.toml")).unwrap();
+    let jitter = written
+        .lines()
+        .find_map(|line| line.strip_prefix("jitter = "));
+    let jitter: f64 = (jitter.unwrap().split(' ').next().unwrap().parse()).unwrap();
+    assert!((jitter - 1e-3).abs() < 1.5e-4, "{jitter}");
     let error = largest_error(folder);
     assert!(error < 3.0, "{error}");
 }

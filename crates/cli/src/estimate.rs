@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> Result<()> {
     let of_faults = of_faults(faults.as_deref());
     of_faults.iter().for_each(|w| warn_of(&log.name, w));
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
-    let resolved = log.choice.to_toml(&version);
+    let resolved = log.counted().to_toml(&version);
     let mut files = vec![(LogPlace::DESCRIPTION.to_owned(), resolved.into())];
     if let Some(path) = &args.log.sensors {
         // The user's description as it is.

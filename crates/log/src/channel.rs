@@ -113,6 +113,8 @@ pub struct Channel {
     pub splits: Vec<PathBuf>,
     /// Its rows in the file.
     pub rows: Rows,
+    /// The `frame_id` of its messages; empty: any one.
+    pub frame: String,
     /// Added to its time stamps, s.
     pub offset: f64,
     /// Names of the columns that are read.
@@ -141,6 +143,7 @@ impl Channel {
             path: path.to_path_buf(),
             splits: Vec::new(),
             rows,
+            frame: String::new(),
             offset: 0.0,
             columns: Vec::new(),
             speeds: Vec::new(),
@@ -164,7 +167,9 @@ impl Channel {
     pub fn found(&self) -> Result<Vec<ColumnInfo>, LogError> {
         match &self.rows {
             Rows::Table(format, _) => format.columns(&self.path),
-            Rows::Topic(topic, _) => mcap_events::columns(&self.files(), topic, &self.columns),
+            Rows::Topic(topic, _) => {
+                mcap_events::columns(&self.files(), topic, &self.frame, &self.columns)
+            }
         }
     }
 
@@ -243,12 +248,19 @@ impl Channels {
         let mut cut_off = vec![None; self.all.len()];
         let mut topics = Vec::new();
         for (i, channel) in self.all.iter().enumerate() {
-            let Channel { path, columns, .. } = channel;
+            let Channel {
+                path,
+                columns,
+                frame,
+                ..
+            } = channel;
             match &channel.rows {
                 Rows::Table(format, time) => {
                     cut_off[i] = format.read(path, time, columns, &mut |row| add(i, row))?;
                 }
-                Rows::Topic(topic, clock) => topics.push(Wanted::new(i, topic, *clock, columns)),
+                Rows::Topic(topic, clock) => {
+                    topics.push(Wanted::new(i, topic, *clock, frame, columns));
+                }
             }
         }
         // Topics are of one file or bag, that of the log, and are read together.

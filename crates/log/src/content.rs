@@ -1,6 +1,6 @@
 //! Whether a log has what its estimators need, and what is left out where it does not.
 
-use crate::{Channel, Channels, Frames, LogError, Rows, Source, Upward, own_names};
+use crate::{Channel, Channels, Formula, Frames, LogError, Rows, Source, Upward, own_names};
 use robhaz_scene::{LogChoice, LogSides, Reading};
 use std::path::PathBuf;
 
@@ -72,6 +72,22 @@ pub fn check_values(channels: &[Channel], allows_empty: bool) -> Result<Option<S
         zeros.join(", ")
     );
     Ok((drives && !zeros.is_empty()).then_some(notice))
+}
+
+/// Leaves out contact angles without a value in the whole log, as in the folder of an estimate without them. Whether there
+/// are some.
+pub fn drop_empty_angles(channels: &mut [Channel]) -> bool {
+    let mut is_found = false;
+    for channel in channels {
+        let is_empty = |(reading, formula): &(Reading, Formula)| {
+            reading.is_contact_angle() && channel.rows().all(|row| formula.value(row).is_none())
+        };
+        let empty: Vec<bool> = channel.readings.iter().map(is_empty).collect();
+        is_found |= empty.contains(&true);
+        let mut empty = empty.into_iter();
+        channel.readings.retain(|_| !empty.next().unwrap_or(false));
+    }
+    is_found
 }
 
 /// Refuses a truth of which no row is compared with in a log that ends at `end`, s. Returns what the user should know

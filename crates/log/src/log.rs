@@ -66,6 +66,10 @@ impl Log {
             files.push(truth.clone());
         }
         let (origin, duration) = survey(&mut channels)?;
+        if content::drop_empty_angles(&mut channels.all) {
+            let notice = content::use_contact_angles(&mut channels, &mut choice, options)?;
+            warnings.extend(notice);
+        }
         warnings.extend(mend(&mut channels.all, &mut choice, options)?);
         warnings.extend(measure(&channels.all, &mut choice, options));
         let mount = mount(&channels, &mut choice, options);
@@ -99,7 +103,7 @@ impl Log {
     }
 
     /// Robot, noise budget and estimators, with the errors of the time stamps that count.
-    fn counted(&self) -> LogChoice {
+    pub fn counted(&self) -> LogChoice {
         let mut choice = self.choice.clone();
         choice.budget.jitter = self.jitter.counted(choice.budget.jitter);
         choice

@@ -110,6 +110,7 @@ fn empty(path: &Path, name: String, choice: Option<&ChannelChoice>) -> Result<Ch
     };
     Ok(Channel {
         offset: choice.map_or(0.0, |c| c.offset),
+        frame: choice.map_or(String::new(), |c| c.frame.clone()),
         ..channel
     })
 }

@@ -156,17 +156,20 @@ pub fn metadata(path: &Path, name: &str, entry: &str) -> Result<Option<String>, 
 }
 
 /// The columns of a topic: those of the first messages, until all that are `wanted` were seen. The
-/// messages of one topic can have different columns: joints of their own.
+/// messages of one topic can have different columns: joints of their own. Of a `frame` that is not empty those of its
+/// messages alone.
 ///
 /// # Errors
 ///
-/// [`LogError`]: a topic that the file does not have, or with messages of another kind.
+/// [`LogError`]: a topic or frame that the file does not have, messages of another kind, or with a wanted column twice.
 pub fn columns(
     files: &[&Path],
     topic: &str,
+    frame: &str,
     wanted: &[String],
 ) -> Result<Vec<ColumnInfo>, LogError> {
     let mut found: Option<Vec<String>> = None;
+    let mut frames = BTreeSet::new();
     let mut topics = BTreeSet::new();
     let is_complete = |found: &Vec<String>| wanted.iter().all(|name| found.contains(name));
     for path in files {
@@ -177,9 +180,18 @@ pub fn columns(
                 let Some(of_topic) = of_topic.filter(|of| of.channel.topic == topic) else {
                     return Ok(());
                 };
+                let (_, own, numbers) = decode(path, of_topic, message.data)?;
+                if !frame.is_empty() && own != frame {
+                    frames.insert(format!("{own:?}"));
+                    return Ok(());
+                }
                 let known = found.get_or_insert_default();
-                for number in decode(path, of_topic, message.data)?.1 {
+                for (i, number) in numbers.iter().enumerate() {
                     let name = number.column();
+                    if wanted.contains(&name) && numbers[..i].iter().any(|n| n.is(&name)) {
+                        let message = format!("a message has {name} twice, allowed: each joint once, by a name of its own");
+                        return Err(LogError::place(path, format!("topic {topic}"), message));
+                    }
                     if !known.contains(&name) {
                         known.push(name);
                     }
@@ -192,6 +204,14 @@ pub fn columns(
         }
         let of_file = messages.topics.values();
         topics.extend(of_file.map(|topic| format!("{} ({})", topic.channel.topic, topic.schema)));
+    }
+    if found.is_none() && !frames.is_empty() {
+        let frames: Vec<String> = frames.into_iter().collect();
+        let message = format!(
+            "has no message with the frame_id {frame:?} of the topic {topic}, found: {}",
+            frames.join(", ")
+        );
+        return Err(LogError::whole(files[0], message));
     }
     let Some(found) = found else {
         let known: Vec<String> = topics.into_iter().collect();
@@ -256,7 +276,11 @@ pub struct Wanted<'a> {
     pub channel: usize,
     topic: &'a str,
     clock: Clock,
+    /// Its messages have this `frame_id`; empty: any one.
+    frame: &'a str,
     columns: &'a [String],
+    /// The `frame_id` of the first message that had each.
+    frames: Vec<Option<String>>,
     /// Messages so far.
     count: u64,
     /// Where the columns were in the last message: they hardly ever move.
@@ -294,26 +318,37 @@ pub fn read(
 
 impl<'a> Wanted<'a> {
     /// A channel before its first message.
-    pub fn new(channel: usize, topic: &'a str, clock: Clock, columns: &'a [String]) -> Self {
+    pub fn new(
+        channel: usize,
+        topic: &'a str,
+        clock: Clock,
+        frame: &'a str,
+        columns: &'a [String],
+    ) -> Self {
         Self {
             channel,
             topic,
             clock,
+            frame,
             columns,
+            frames: vec![None; columns.len()],
             count: 0,
             places: vec![0; columns.len()],
         }
     }
 
-    /// The row of a message; `None` of one with other columns.
+    /// The row of a message; `None` of one with other columns, or of another frame. A column with two frames is refused.
     fn row(
         &mut self,
         path: &Path,
         topic: &Topic,
         message: &Message<'_>,
     ) -> Result<Option<Row>, LogError> {
-        let (stamp, numbers) = decode(path, topic, message.data)?;
+        let (stamp, frame, numbers) = decode(path, topic, message.data)?;
         self.count += 1;
+        if !self.frame.is_empty() && frame != self.frame {
+            return Ok(None);
+        }
         let number = |(name, place): (&String, &mut usize)| {
             let is_it = |number: &&Number<'_>| number.is(name);
             if let Some(number) = numbers.get(*place).filter(is_it) {
@@ -324,6 +359,21 @@ impl<'a> Wanted<'a> {
         };
         let columns = self.columns.iter().zip(&mut self.places);
         let found: Vec<_> = columns.map(number).collect();
+        let columns = self.columns.iter().zip(&mut self.frames);
+        for ((column, first), _) in columns.zip(&found).filter(|(_, number)| number.is_some()) {
+            let first = first.get_or_insert_with(|| frame.to_owned());
+            if first != frame {
+                let message = format!(
+                    "message {} has {column} with the frame_id {frame:?}, one before it with {first:?}: two publishers on one topic; allowed: one; state frame = {first:?} or {frame:?} in its [[channel]]",
+                    self.count
+                );
+                return Err(LogError::place(
+                    path,
+                    format!("topic {}", self.topic),
+                    message,
+                ));
+            }
+        }
         let is_other = !found.is_empty() && found.iter().all(Option::is_none);
         let cell = |v: &Option<&Number<'_>>| v.map_or(f64::NAN, |v| finite(v.value));
         let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);

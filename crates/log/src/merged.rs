@@ -1,5 +1,6 @@
 //! Tables that were made of several: rows of drives, and between them rows of inertial sensors, each with the cells
-//! of its own. They are channels with times of their own.
+//! of its own; and topics whose messages hold some joints each, with stamps of their own. They are channels with times
+//! of their own.
 
 use crate::survey::{count_gaps, period};
 use crate::{Channel, Formula, Rows};
@@ -13,17 +14,28 @@ const ALIKE: f64 = 0.02;
 /// Fewest rows of a part.
 const LEAST: usize = 20;
 
-/// Splits a log of one table that was made of several into their channels, and says so. That of the wheels'
-/// angles is the first.
-pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
-    let mut of_log = (0..channels.len()).filter(|i| channels[*i].truth.is_none());
-    let (Some(0), None) = (of_log.next(), of_log.next()) else {
-        return None;
-    };
-    let table = &channels[0];
-    if !matches!(table.rows, Rows::Table(..)) {
+/// Splits channels that were made of several, and says so. Of the first one, that of wheels' angles stays the first.
+pub fn split(channels: &mut Vec<Channel>) -> Vec<String> {
+    let (mut notices, mut all) = (Vec::new(), Vec::new());
+    for channel in channels.drain(..) {
+        match split_one(&channel, all.is_empty()) {
+            Some((parts, notice)) => {
+                all.extend(parts);
+                notices.push(notice);
+            }
+            None => all.push(channel),
+        }
+    }
+    *channels = all;
+    notices
+}
+
+/// The parts of a channel, and what is said of them; `None` of one that is whole. `is_base`: its rows are the frames.
+fn split_one(table: &Channel, is_base: bool) -> Option<(Vec<Channel>, String)> {
+    if table.truth.is_some() {
         return None;
     }
+    let is_topic = matches!(table.rows, Rows::Topic(..));
     let rows: Vec<&[f64]> = table.rows().collect();
     let present = |(_, formula): &(Reading, Formula)| -> Vec<bool> {
         let is_there = |row: &&[f64]| formula.value(row).is_some();
@@ -32,23 +44,38 @@ pub fn split(channels: &mut Vec<Channel>) -> Option<String> {
     let present: Vec<Vec<bool>> = table.readings.iter().map(present).collect();
     let is_wheel = |k: &usize| table.readings[*k].0.is_wheel_angle();
     let parts = parts(&present, rows.len(), is_wheel)?;
+    let with_wheels = parts.iter().filter(|part| part.iter().any(is_wheel));
+    match with_wheels.count() {
+        0 if is_base => return None,
+        // Rows of drives that are read one after the other are no tables of their own.
+        2.. if !is_topic => return None,
+        _ => {}
+    }
     let found = parts.iter().map(|part| of_part(table, part, &rows));
-    let mut found: Vec<Channel> = found.collect();
+    let found: Vec<Channel> = found.collect();
     if found.iter().any(|channel| channel.times.len() < LEAST) {
         return None;
     }
-    let notice = format!(
-        "{} was made of {} tables: the readings of each count at the times of its own rows, and the rows of the wheels are the frames",
-        table.name,
-        parts.len()
-    );
-    channels.remove(0);
-    found.append(channels);
-    *channels = found;
-    Some(notice)
+    let (name, count) = (&table.name, parts.len());
+    let frames = match is_base {
+        true => format!(
+            ", and those of {} are the frames",
+            found[0].readings[0].0.name()
+        ),
+        false => String::new(),
+    };
+    let notice = match is_topic {
+        true => format!(
+            "{name} has {count} kinds of messages with readings of their own: these count at the times of their own messages{frames}"
+        ),
+        false => format!(
+            "{name} was made of {count} tables: the readings of each count at the times of its own rows{frames}"
+        ),
+    };
+    Some((found, notice))
 }
 
-/// The readings of each table, that of the wheels first, by the rows in which each reading is present; `None` of one
+/// The readings of each table, those of wheels first, by the rows in which each reading is present; `None` of one
 /// table.
 fn parts(
     present: &[Vec<bool>],
@@ -74,12 +101,7 @@ fn parts(
             None => parts.push(vec![k]),
         }
     }
-    let has_wheels = |part: &Vec<usize>| part.iter().any(&is_wheel);
-    // Drives that are read one after the other are no tables of their own.
-    if parts.iter().filter(|part| has_wheels(part)).count() != 1 {
-        return None;
-    }
-    parts.sort_by_key(|part| !has_wheels(part));
+    parts.sort_by_key(|part| !part.iter().any(&is_wheel));
     // A slower sensor that is read together with the drives is of their table.
     let count = |k: usize| present[k].iter().filter(|is| **is).count();
     let apart = |a: usize, b: usize| {
@@ -87,8 +109,8 @@ fn parts(
         let both = both.filter(|(a, b)| **a && **b);
         2 * both.count() < count(a).min(count(b))
     };
-    let mut others = parts.split_off(1);
-    let of_wheels = parts[0][0];
+    let mut others = parts.split_off(parts.len().min(1));
+    let of_wheels = *parts.first()?.first()?;
     for part in others.extract_if(.., |part| !apart(part[0], of_wheels)) {
         parts[0].extend(part);
     }

@@ -22,8 +22,9 @@ named! {
     }
 }
 
-/// A message, decoded: its time in the header, or, of `Readings`, its exact time, and its numbers.
-pub type Decoded<'a> = (Stamp, Vec<Number<'a>>);
+/// A message, decoded: its time in the header, or, of `Readings`, its exact time, the header's `frame_id`, and its
+/// numbers.
+pub type Decoded<'a> = (Stamp, &'a str, Vec<Number<'a>>);
 
 /// A number of a message. Its column is `name`, or `name.part` where it has a part. Names are not
 /// joined for each message.
@@ -75,29 +76,29 @@ impl MessageKind {
     /// Decodes a message; `None` if it is not of this kind.
     pub fn decode(self, message: &[u8]) -> Option<Decoded<'_>> {
         let mut reader = CdrReader::new(message)?;
-        let header = header(&mut reader)?;
+        let (stamp, frame) = header(&mut reader)?;
         Some(match self {
-            Self::JointState => (header, joint_state(&mut reader)?),
-            Self::Imu => (header, imu(&mut reader)?),
+            Self::JointState => (stamp, frame, joint_state(&mut reader)?),
+            Self::Imu => (stamp, frame, imu(&mut reader)?),
             Self::Readings | Self::WholeReadings => {
                 let time = TimeUnit::SECOND.of_float(reader.f64()?)?;
                 let all: Vec<Reading> = match self {
                     Self::WholeReadings => Reading::of_whole().collect(),
                     _ => Reading::of_frame().collect(),
                 };
-                (time, readings(&mut reader, &all)?)
+                (time, frame, readings(&mut reader, &all)?)
             }
         })
     }
 }
 
-/// Stamp of `std_msgs/Header`.
-fn header(reader: &mut CdrReader<'_>) -> Option<Stamp> {
+/// Stamp and `frame_id` of `std_msgs/Header`.
+fn header<'a>(reader: &mut CdrReader<'a>) -> Option<(Stamp, &'a str)> {
     let (seconds, nanoseconds) = (reader.take().map(i32::from_le_bytes)?, reader.u32()?);
-    reader.text()?;
+    let frame = reader.text()?;
     // Far below the largest number.
     let whole = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
-    Some(Stamp::Nanoseconds(whole))
+    Some((Stamp::Nanoseconds(whole), frame))
 }
 
 fn joint_state<'a>(reader: &mut CdrReader<'a>) -> Option<Vec<Number<'a>>> {

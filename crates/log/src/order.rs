@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 /// estimators start anew after a gap of this length.
 const LARGEST_STEP_BACK: f64 = 0.5;
 /// Least time between two rows, s: estimators refuse less.
-const SHORTEST_STEP: f64 = 0.5e-6;
+pub const SHORTEST_STEP: f64 = 0.5e-6;
 /// A step of more periods than this is a gap.
 pub const GAP: f64 = 1.5;
 /// Largest number of gaps that are remembered: late rows of one burst come from few.

@@ -111,7 +111,8 @@ impl Normal {
 /// Masses, centres of mass and pins from readings of scales, with the nominal values as prior.
 ///
 /// # Errors
-/// [`WeighError`]: impossible postures, readings that do not fit, impossible results.
+/// [`WeighError`]: impossible postures, readings that do not fit, impossible results. It says what the scales show and
+/// what they would of the nominal robot.
 pub fn weigh(
     nominal: &Robot,
     measurements: &Measurements,
@@ -124,17 +125,78 @@ pub fn weigh(
     }
     check_stops(nominal, &measurements.readings)?;
     let prior = Prior::new(nominal, tolerances, accuracy)?;
+    fitted(&prior, measurements).map_err(|error| match expected(&prior, measurements) {
+        Some(expected) => WeighError::new(format!("{error}; {expected}")),
+        None => error,
+    })
+}
+
+/// What the scales show in the mean, against what they would of the nominal robot; `None` without readings.
+fn expected(prior: &Prior<'_>, measurements: &Measurements) -> Option<String> {
+    let of_side = prior.nominal.mass.total() * GRAVITY;
+    if let Some(weight) = measurements
+        .weight
+        .filter(|weight| is_other_mass(weight / of_side))
+    {
+        return Some(format!(
+            "weight is {weight:.1} N, {:.2} times the {of_side:.1} N of one side by the robot file: it is that of one side, in its unit",
+            weight / of_side
+        ));
+    }
+    let mut sums = [[0.0; 3]; 3];
+    for reading in &measurements.readings {
+        let predicted = prior.predict(&Unknowns::zeros(), reading.inclinations);
+        let predicted = predicted.ok()?.forces;
+        for (i, force) in reading.forces.iter().enumerate() {
+            let Some(force) = force else { continue };
+            sums[i] = [
+                sums[i][0] + force,
+                sums[i][1] + predicted[i],
+                sums[i][2] + 1.0,
+            ];
+        }
+    }
+    // Each wheel has the mean over its own readings.
+    let mean = |k: usize| {
+        let wheels = sums.iter().filter(|sums| sums[2] > 0.0);
+        wheels.map(|sums| sums[k] / sums[2]).collect::<Vec<f64>>()
+    };
+    let (found, nominal) = (mean(0), mean(1));
+    let ratio = found.iter().sum::<f64>() / nominal.iter().sum::<f64>();
+    let words = |forces: &[f64]| {
+        let forces: Vec<String> = forces.iter().map(|force| format!("{force:.1}")).collect();
+        forces.join(", ")
+    };
+    let check = match is_other_mass(ratio) {
+        true => "check the unit of the forces, and, of sums of both sides, that they are halved",
+        false => "check the order of the wheels, and each reading",
+    };
+    (ratio.is_finite()).then(|| {
+        format!(
+            "the wheels' scales show {} N in the mean, {ratio:.2} times the {} N of the robot file: {check}",
+            words(&found),
+            words(&nominal)
+        )
+    })
+}
+
+/// Whether a mass over the nominal one is none that a payload or a missing battery explains.
+pub fn is_other_mass(ratio: f64) -> bool {
+    !(2.0 / 3.0..1.5).contains(&ratio)
+}
+
+fn fitted(prior: &Prior<'_>, measurements: &Measurements) -> Result<Weighed> {
     let mut unknowns = Unknowns::zeros();
     for _ in 0..MOST_STEPS {
-        let (normal, _) = normal_equations(&prior, measurements, &unknowns)?;
+        let (normal, _) = normal_equations(prior, measurements, &unknowns)?;
         let step = cholesky(normal.information)?.solve(&normal.right);
         unknowns += step;
         if !unknowns.iter().all(|x| x.is_finite()) {
             return Err(WeighError::not_converged());
         }
         if step.amax() < CONVERGED {
-            let (normal, residuals) = normal_equations(&prior, measurements, &unknowns)?;
-            return finish(&prior, measurements, &unknowns, &normal, &residuals);
+            let (normal, residuals) = normal_equations(prior, measurements, &unknowns)?;
+            return finish(prior, measurements, &unknowns, &normal, &residuals);
         }
     }
     Err(WeighError::not_converged())
@@ -158,9 +220,13 @@ fn check_stops(nominal: &Robot, readings: &[Reading]) -> Result<()> {
     Ok(())
 }
 
-/// A reading of a scale: its line and wheel (from 1), its residual (measured minus fitted, N) and
-/// the standard deviation of that, N.
-type Residual = (u64, usize, f64, f64);
+/// A reading of a scale: its name, its residual (measured minus fitted, N) and the standard deviation of that, N.
+pub(crate) type Residual = (String, f64, f64);
+
+/// The name of a wheel's reading (from 0).
+pub(crate) fn of_wheel(i: usize, line: u64) -> String {
+    format!("wheel{} in line {line}", i + 1)
+}
 
 /// The normal equations at `unknowns`, and the residuals.
 fn normal_equations(
@@ -182,7 +248,7 @@ fn normal_equations(
         let residual = residual.ok_or_else(WeighError::not_converged)?;
         for i in (0..3).filter(|i| reading.forces[*i].is_some()) {
             let sigma = predicted.covariance[(i, i)].sqrt();
-            residuals.push((line, i + 1, residual[i], sigma));
+            residuals.push((of_wheel(i, line), residual[i], sigma));
         }
     }
     if let Some(weight) = measurements.weight {
@@ -193,7 +259,9 @@ fn normal_equations(
         let residual = weight - prior.robot(unknowns).mass.total() * GRAVITY;
         // It has a scale of its own.
         let accuracy = &prior.accuracy;
-        let weight = (accuracy.scale.powi(2) + accuracy.of_constant(weight)).recip();
+        let variance = accuracy.scale.powi(2) + accuracy.of_constant(weight);
+        residuals.push(("weight".to_owned(), residual, variance.sqrt()));
+        let weight = variance.recip();
         normal.information += by * by.transpose() * weight;
         normal.right += by * (residual * weight);
         normal.sum += residual * residual * weight;
@@ -263,11 +331,11 @@ pub(crate) fn misfit(readings: usize, sum: f64, residuals: &[Residual]) -> Resul
     let most = n * (1.0 - variance + MISFIT_LIMIT * variance.sqrt()).powi(3);
     if sum > most {
         // The first of equal ones.
-        let size = |(_, _, residual, sigma): &Residual| (residual / sigma).abs();
+        let size = |(_, residual, sigma): &Residual| (residual / sigma).abs();
         let worst = residuals.iter().min_by(|a, b| size(b).total_cmp(&size(a)));
-        let worst = worst.map_or(String::new(), |(line, wheel, residual, sigma)| {
+        let worst = worst.map_or(String::new(), |(name, residual, sigma)| {
             format!(
-                "; the worst reading is that of wheel{wheel} in line {line}: {residual:+.2} N beside the fit, its error is stated as \
+                "; the worst reading is that of {name}: {residual:+.2} N beside the fit, its error is stated as \
                  {sigma:.2} N; check this scale, and the order of wheels, signs and units"
             )
         });

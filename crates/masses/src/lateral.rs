@@ -7,7 +7,7 @@
 
 use crate::blocks::{Blocks, simulate};
 use crate::error::{Result, WeighError};
-use crate::fit::{Misfit, misfit};
+use crate::fit::{Misfit, misfit, of_wheel};
 use crate::measurements::{Accuracy, Measurements, Reading};
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 use robhaz_estimator::whole::{
@@ -71,7 +71,8 @@ pub fn lateral(
         let weight = covariance.cholesky();
         let weight = weight.ok_or_else(WeighError::undetermined)?.inverse();
         sum += residual.dot(&(weight * residual));
-        residuals.extend((0..3).map(|i| (*line, i + 1, residual[i], covariance[(i, i)].sqrt())));
+        residuals
+            .extend((0..3).map(|i| (of_wheel(i, *line), residual[i], covariance[(i, i)].sqrt())));
     }
     // The place takes one of them.
     let misfit = misfit(residuals.len() - 1, sum, &residuals)

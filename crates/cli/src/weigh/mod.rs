@@ -5,10 +5,11 @@ mod text;
 
 use self::table::{read_table, table};
 use crate::output_file::{Format, OutputFile};
-use crate::terminal::say;
+use crate::terminal::{say, warn_of};
 use miette::{IntoDiagnostic, Result, WrapErr, bail, miette};
 use robhaz_masses::{
-    Accuracy, Blocks, Measurements, Tolerances, lateral, plan, simulate, simulate_both, weigh,
+    Accuracy, Blocks, Measurements, Tolerances, is_other_mass, lateral, plan, simulate,
+    simulate_both, weigh,
 };
 use robhaz_scene::{RobotChoice, errors_of_scales};
 use std::path::{Path, PathBuf};
@@ -38,13 +39,25 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=20))]
     plan: Option<u8>,
     /// Heights of the blocks that can stand under a wheel, mm; for --plan.
-    #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [50.0, 100.0, 150.0])]
+    #[arg(long, value_name = "MM", value_delimiter = ',', requires = "plan", conflicts_with = "measurements", default_values_t = [50.0, 100.0, 150.0])]
     blocks: Vec<f64>,
     /// With --plan: fills the table with what scales would show of this robot, to try the command.
-    #[arg(long, value_name = "ROBOT.toml", requires = "plan", requires = "out")]
+    #[arg(
+        long,
+        value_name = "ROBOT.toml",
+        requires = "plan",
+        requires = "out",
+        conflicts_with = "measurements"
+    )]
     simulate: Option<PathBuf>,
     /// Seed of the errors of --simulate.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(
+        long,
+        value_name = "N",
+        requires = "simulate",
+        conflicts_with = "measurements",
+        default_value_t = 0
+    )]
     seed: u64,
     #[command(flatten)]
     errors: Errors,
@@ -134,6 +147,14 @@ fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
     let weighed = weigh(&nominal.robot, &measurements, &tolerances, &accuracy).into_diagnostic();
     let weighed = weighed.wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
     say(&text::weighed(&weighed))?;
+    let [found, stated] = [&weighed.robot, &nominal.robot].map(|robot| robot.mass.total());
+    if is_other_mass(found / stated) {
+        let warning = format!(
+            "the weighed robot has {found:.2} kg, that of {} {stated:.2} kg: check the unit of the forces, and, of sums of both sides, that they are halved",
+            args.robot.display()
+        );
+        warn_of(&path.display().to_string(), &warning);
+    }
     let mut robot = nominal.weighed(weighed.robot);
     if !measurements.differences.is_empty() {
         let rover = robot.whole_rover().ok_or_else(one_side)?;

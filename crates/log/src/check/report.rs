@@ -100,6 +100,23 @@ impl Finding {
         self.cannot_tell(format!("{remedy}; or {or}"))
     }
 
+    /// With what is no number left out. A test whose words have one has not seen what it needs: the log cannot tell.
+    fn with_figure(mut self) -> Self {
+        self.numbers.retain(|number| number.value.is_finite());
+        let of_words = |text: &String| {
+            let mut words = text.split(|c: char| !c.is_alphanumeric());
+            words.any(|word| ["NaN", "inf"].contains(&word))
+        };
+        if of_words(&self.figure) || self.remedy.as_ref().is_some_and(of_words) {
+            "the log has no readings for it at the same times".clone_into(&mut self.figure);
+            let remedy = self.remedy.take().filter(|remedy| !of_words(remedy));
+            let remedy =
+                remedy.unwrap_or_else(|| "record its readings together, on a drive".to_owned());
+            return self.cannot_tell(remedy);
+        }
+        self
+    }
+
     /// Whether it is a fault.
     pub fn is_fault(&self) -> bool {
         self.verdict == Verdict::Fault
@@ -130,6 +147,8 @@ pub struct Report {
 impl Report {
     /// The report of findings.
     pub fn new(findings: Vec<Finding>) -> Self {
+        let findings = findings.into_iter().map(Finding::with_figure);
+        let findings: Vec<Finding> = findings.collect();
         let fault = findings.iter().any(Finding::is_fault);
         Self {
             verdict: if fault { Verdict::Fault } else { Verdict::Ok },
@@ -177,6 +196,25 @@ impl Report {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A figure that is no number is none: the log cannot tell, and numbers that are none are left out.
+    #[test]
+    fn no_finding_has_a_figure_that_is_no_number() {
+        let of = |value: f64| Finding::ok("zero", "pin", format!("mean {value:.2} deg"));
+        let findings =
+            [f64::NAN, f64::INFINITY, -f64::INFINITY].map(|x| of(x).with("mean", x, "deg"));
+        let fault = of(1.0).fault(format!("add {:.2} to its offset", f64::NAN));
+        let right = of(1.0).with("mean", 1.0, "deg");
+        let report = Report::new([&findings[..], &[fault, right.clone()]].concat());
+        let text = report.text(true);
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        let (last, others) = report.findings.split_last().unwrap();
+        assert_eq!(*last, right);
+        for finding in others {
+            assert_eq!(finding.verdict, Verdict::CannotTell, "{finding:?}");
+            assert!(finding.numbers.is_empty(), "{finding:?}");
+        }
+    }
 
     /// One fault makes a report faulty; a test that cannot tell does not. Remedies stand below
     /// their lines.

@@ -24,9 +24,14 @@ pub const SLOPE: usize = 4;
 pub const SLIP: usize = 7;
 /// How many of them the message has.
 pub const OF_MESSAGE: usize = 7;
+/// Of the rover, in a table of both sides: what its wheels' axial forces are of their N.
+const AXIAL_SHARE: &str = "axial_share";
+/// The axial force, N, behind [`COLUMNS`].
+pub const AXIAL: usize = COLUMNS.len();
 
-/// The numbers of a row: those of three wheels of each of [`COLUMNS`]; not a number where one is missing.
-pub type Numbers = [[f64; 3]; COLUMNS.len()];
+/// The numbers of a row: those of three wheels of each of [`COLUMNS`], and their axial force; not a number where one
+/// is missing.
+pub type Numbers = [[f64; 3]; COLUMNS.len() + 1];
 
 /// Forces of three wheels, of a robot in the plane or of a side: truth or one estimator.
 pub struct Forces {
@@ -115,12 +120,17 @@ impl Forces {
                 }
             }
         }
+        let has_share = found.iter().any(|c| c.name == AXIAL_SHARE);
+        let share = has_share.then(|| AXIAL_SHARE.to_owned());
         let mut rows = Vec::new();
-        let why = format.read(path, &mapped::time(None), &columns, &mut |row| {
-            let mut numbers = [[f64::NAN; 3]; COLUMNS.len()];
-            for ([part, wheel], cell) in places.iter().zip(row.cells) {
-                numbers[*part][*wheel] = cell;
+        let read: Vec<String> = columns.iter().cloned().chain(share).collect();
+        let why = format.read(path, &mapped::time(None), &read, &mut |row| {
+            let mut numbers = [[f64::NAN; 3]; COLUMNS.len() + 1];
+            for ([part, wheel], cell) in places.iter().zip(&row.cells) {
+                numbers[*part][*wheel] = *cell;
             }
+            let share = row.cells.get(places.len()).unwrap_or(&f64::NAN);
+            numbers[AXIAL] = numbers[0].map(|normal| share * normal);
             rows.push((row.stamp.seconds(), numbers));
             Ok(())
         })?;
@@ -166,7 +176,7 @@ impl Forces {
 
     /// The cells of that row in the order of the columns.
     pub fn cells(&mut self, time: f64) -> Vec<f64> {
-        let none = [[f64::NAN; 3]; COLUMNS.len()];
+        let none = [[f64::NAN; 3]; COLUMNS.len() + 1];
         let numbers = self.at(time).copied().unwrap_or(none);
         let places = self.places.iter();
         places.map(|[part, wheel]| numbers[*part][*wheel]).collect()

@@ -1,6 +1,6 @@
 //! An MCAP file with messages of ROS 2.
 
-use super::forces::{Forces, OF_MESSAGE, SLIP, SLOPE};
+use super::forces::{AXIAL, Forces, OF_MESSAGE, SLIP, SLOPE};
 use super::odometry::{Odometry, Step};
 use super::readings::{Exported, read};
 use super::sensors::Sensors;
@@ -154,7 +154,10 @@ impl<'a> Estimate<'a> {
             for (i, (normal, traction)) in normal.into_iter().zip(traction).enumerate() {
                 if traction.is_finite() && normal.is_finite() {
                     let frame = format!("{}_contact", forces.wheel(i));
-                    let message = encode_wrench(time, &frame, [traction, 0.0, normal]);
+                    // Of one side none is known.
+                    let axial = Some(found[AXIAL][i]).filter(|force| force.is_finite());
+                    let force = [traction, axial.unwrap_or(0.0), normal];
+                    let message = encode_wrench(time, &frame, force);
                     topics.write(wheels[i], time, &message)?;
                 }
             }

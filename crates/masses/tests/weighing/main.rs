@@ -175,7 +175,8 @@ fn exact_scales_give_the_load_parameters() {
 }
 
 /// A scale that reads 3 N too much contradicts the others: an error names its line and wheel. Order
-/// of wheels reversed: an error as well.
+/// of wheels reversed: an error as well. Of newtons that are taken for kilograms, and a weight of both sides, it says how
+/// many times those of the robot they are.
 #[test]
 fn readings_that_do_not_fit_are_refused() {
     let nominal = Robot::default_a();
@@ -195,7 +196,23 @@ fn readings_that_do_not_fit_are_refused() {
     for reading in &mut swapped.readings {
         reading.forces.reverse();
     }
-    assert!(fit(&swapped).is_err());
+    let error = fit(&swapped).unwrap_err().to_string();
+    assert!(error.contains("check the order of the wheels"), "{error}");
+    let mut heavy = sound.clone();
+    for force in heavy.readings.iter_mut().flat_map(|r| &mut r.forces) {
+        *force = force.map(|n| 9.81 * n);
+    }
+    let error = fit(&heavy).unwrap_err().to_string();
+    assert!(error.contains("9.81 times the"), "{error}");
+    assert!(error.contains("check the unit of the forces"), "{error}");
+    let mut of_both = sound.clone();
+    of_both.weight = Some(2.0 * 9.81 * nominal.mass.total());
+    let error = fit(&of_both).unwrap_err().to_string();
+    assert!(
+        error.contains("the worst reading is that of weight"),
+        "{error}"
+    );
+    assert!(error.contains("2.00 times the"), "{error}");
     let mut steep = sound.clone();
     steep.readings[0].inclinations = [0.9, -0.5];
     let error = fit(&steep).unwrap_err().to_string();

@@ -55,6 +55,8 @@ pub struct ChannelChoice {
     pub table_at: StatedAt,
     /// A topic of the log. Empty for a table.
     pub topic: String,
+    /// The `frame_id` of its messages. Empty: any one.
+    pub frame: String,
     /// The column of the time; for a topic `header` or `log`. Empty for the default.
     pub time: String,
     /// The column of the nanoseconds that are added to the whole seconds of `time`. Empty without one.
@@ -91,6 +93,9 @@ keys! {
     /// topic of an MCAP file
     topic: text("a text") => topic;
 
+    /// of a topic that several sensors share, the `frame_id` of the messages that count
+    frame: text("a text") => frame;
+
     /// column of the time, `time` by default; of a topic the clock: `header` by default, or `log`
     time: text("a text") => time;
 
@@ -120,6 +125,13 @@ pub(super) const CHANNELS: List<Table<ChannelChoice>> = List {
         }
         if !channel.topic.is_empty() {
             reader.refuse_given(node, path, "table", "a table or a topic, not both");
+        } else {
+            reader.refuse_given(
+                node,
+                path,
+                "frame",
+                "the frame_id of messages, beside a topic",
+            );
         }
         if channel.time_unit != TIME_UNITS[0] && !channel.nanoseconds.is_empty() {
             let allowed = "\"s\" beside nanoseconds, which are added to whole seconds";

@@ -224,9 +224,11 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
         },
         None => AxisValues::List(read_values(reader, node, path, &raw)?),
     };
+    let of_keys = node.get("key").or(node.get("keys"))?;
     Some(Axis {
         keys: raw.keys,
         values,
+        keys_origin: of_keys.origin.clone(),
         origin: value.origin.clone(),
     })
 }

@@ -87,6 +87,8 @@ pub struct Axis {
     pub keys: Vec<String>,
     /// Their values.
     pub values: AxisValues,
+    /// Where the keys were written.
+    pub(super) keys_origin: Origin,
     /// Where the values were written.
     pub(super) origin: Origin,
 }
@@ -273,6 +275,9 @@ fn place<'a>(study: &'a StudyChoice, of: &[Setting], problem: &Problem) -> Optio
     // The last one of equal texts has the effect.
     if let Some(setting) = of.iter().rev().find(|s| is_it(&s.as_override())) {
         let axis = study.axes.get(setting.axis)?;
+        if problem.message.starts_with("unknown key") {
+            return Some(&axis.keys_origin);
+        }
         let item = match &axis.values {
             AxisValues::List(items) => items.get(usize::try_from(setting.item).ok()?),
             _ => None,

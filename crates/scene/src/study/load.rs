@@ -106,6 +106,20 @@ fn read(reader: &mut Reader, root: &Node, text: &str, source_name: &str) -> Stud
         text: text.to_owned(),
     };
     reader.table(STUDY, root, "", &mut study);
+    for (text, origin) in &study.overrides {
+        let key = text.split('=').next().unwrap_or_default().trim();
+        // The axis sets it, or the table that it is in, anew.
+        let is_set = |of: &&String| {
+            let rest = key.strip_prefix(of.as_str());
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        if let Some(varied) = study.axes.iter().flat_map(|axis| &axis.keys).find(is_set) {
+            let message = format!(
+                "found {text:?}, and an axis varies {varied}, so that it has no effect; allowed: one of them"
+            );
+            reader.push(Problem::at(origin, "set", message));
+        }
+    }
     let drawn = study.axes.iter().find(|axis| axis.length().is_none());
     let problem = match (root.get("draw"), drawn) {
         (None, Some(axis)) => Some((

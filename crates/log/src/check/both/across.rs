@@ -2,7 +2,8 @@
 //! yaw, zeros of the joints.
 
 use super::frames::{
-    self, LONGEST_GAP, Of, Reading, period, readings, values, wheel_turns, yaw_bias, yaw_steps,
+    self, LONGEST_GAP, Of, Reading, held, period, readings, values, wheel_turns, yaw_bias,
+    yaw_steps,
 };
 use crate::check::recording::{add, steps};
 use crate::check::way::{Way, range};
@@ -211,7 +212,7 @@ pub fn opposed(frames: &[WholeFrame], rover: &WholeRover) -> Option<Finding> {
 pub fn zeros(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> [Finding; 3] {
     let geometry = &stated.rover.side.geometry;
     let half = steps(0.5 * SMOOTHING, period(frames).unwrap_or(SMOOTHING));
-    let averaged = |of: Of| smooth(&values(frames, of), half);
+    let averaged = |of: Of| smooth(&held(frames, of), half);
     let turned = averaged(wheel_turns);
     let step = |w: &[f64]| geometry.wheel_radius / 6.0 * (w[1] - w[0]).abs();
     let way = Way {

@@ -43,6 +43,16 @@ pub fn values(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) ->
     frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect()
 }
 
+/// The same, the last one where there is none.
+pub fn held(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) -> Vec<f64> {
+    let mut last = f64::NAN;
+    let hold = |frame| {
+        last = of(frame).unwrap_or(last);
+        last
+    };
+    frames.iter().map(hold).collect()
+}
+
 /// Sum of the angles of all wheels, rad.
 pub fn wheel_turns(frame: &WholeFrame) -> Option<f64> {
     frame.wheel_angle.iter().copied().sum()

@@ -1,7 +1,7 @@
 //! The roll against its rate.
 
 use super::across::{LEAST_TURN, SMOOTHING};
-use super::frames::{LONGEST_GAP, values, wheel_turns};
+use super::frames::{LONGEST_GAP, held, values, wheel_turns};
 use crate::check::recording::{range, steps};
 use crate::check::{Finding, StatedBoth, way};
 use robhaz_estimator::whole::WholeFrame;
@@ -46,7 +46,7 @@ pub fn zero(
     stated: &StatedBoth<'_>,
     at_rest: Option<(f64, bool)>,
 ) -> Finding {
-    let turned = values(frames, wheel_turns);
+    let turned = held(frames, wheel_turns);
     let steps: Vec<f64> = turned.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     let mean = way::mean_over(&steps, &values(frames, |f| f.roll));
     // A log that does not drive shows none.
