@@ -4,9 +4,10 @@
 
 use robhaz_control::{ControlInput, ControlKind, ControlSettings, Controller, FrictionTestPlan};
 use robhaz_estimator::NoiseBudget;
+use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_masses::Tolerances;
-use robhaz_model::{BodyMount, BodyReading, Robot, WheelCommand};
+use robhaz_model::{BodyMount, BodyReading, Robot, WheelCommand, WholeRover};
 use robhaz_scene::LogChoice;
 use std::error::Error;
 use std::path::Path;
@@ -32,6 +33,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     with_a_sensor_in_the_body(robot, settings)?;
+    if let Some(rover) = choice.robot.whole_rover() {
+        println!("{:.1?} N", of_both_sides(&choice, &rover)?);
+    }
     println!("{:?}", as_built(robot)?.wheel_radius);
     println!("{}", ground_and_control(robot, settings)?);
     Ok(())
@@ -52,6 +56,24 @@ fn read_sensors(time: f64) -> SensorFrame {
         link2: still,
         ..SensorFrame::default()
     }
+}
+
+/// Normal forces of a rover with both sides, which stands on level ground.
+fn of_both_sides(choice: &LogChoice, rover: &WholeRover) -> Result<[f64; 6], Box<dyn Error>> {
+    let settings = choice.stated(EstimatorSettings::kalman());
+    let mut estimator = WholeEstimator::new(&rover, settings, choice.pin)?; // makes the budget that of the body's sensor
+    let estimate = estimator.update(&WholeFrame {
+        time: 0.0,
+        wheel_angle: [Some(0.0); 6],
+        motor_torque: [Some(0.0); 6],
+        steering: [None; 6],
+        pins: [Some(0.0); 2],
+        coupling: Some(0.0),
+        inclination: Some(0.0),
+        roll: Some(0.0),
+        rates: [Some(0.0); 3],
+    })?;
+    Ok(estimate.normal_force)
 }
 
 /// The robot as built, in the budget.
