@@ -1,6 +1,6 @@
 //! What a frame brings: its clock, the readings that there are, and whether the filters start anew.
 
-use super::WholeEstimator;
+use super::{READINGS, WholeEstimator};
 use crate::estimate::EstimateError;
 use crate::filters::LinkAngleKalman;
 use crate::frame::{BodyInputs, LONGEST_GAP, SHORTEST_STEP, limit};
@@ -95,8 +95,9 @@ impl WholeEstimator {
             self.yaw.start(first);
         }
         let wheels = frame.wheel_angle.iter().chain(&frame.motor_torque);
-        let limits = [limit::ANGLE; 5].into_iter().chain([limit::RATE; 2]);
-        let limits = limits.chain([limit::TURN; 12]);
+        // Of joints the sides' estimators would name the inclinations of links.
+        let joints = [limit::ANGLE; 3].into_iter();
+        let limits = joints.chain([f64::MAX; READINGS.len() - 3]);
         let readings = readings.iter().chain(wheels).zip(limits);
         for (known, (read, limit)) in self.known.iter_mut().zip(readings) {
             *known |= read.is_some_and(|read| read.abs() <= limit);
