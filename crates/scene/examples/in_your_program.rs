@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     with_a_sensor_in_the_body(robot, settings)?;
     if let Some(rover) = choice.robot.whole_rover() {
-        println!("{:.1?} N", of_both_sides(&choice, &rover)?);
+        println!("{:.1?} N", of_both_sides(&choice, rover)?);
     }
     println!("{:?}", as_built(robot)?.wheel_radius);
     println!("{}", ground_and_control(robot, settings)?);
@@ -59,7 +59,7 @@ fn read_sensors(time: f64) -> SensorFrame {
 }
 
 /// Normal forces of a rover with both sides, which stands on level ground.
-fn of_both_sides(choice: &LogChoice, rover: &WholeRover) -> Result<[f64; 6], Box<dyn Error>> {
+fn of_both_sides(choice: &LogChoice, rover: WholeRover) -> Result<[f64; 6], Box<dyn Error>> {
     let settings = choice.stated(EstimatorSettings::kalman());
     let mut estimator = WholeEstimator::new(&rover, settings, choice.pin)?; // makes the budget that of the body's sensor
     let estimate = estimator.update(&WholeFrame {
