@@ -108,6 +108,58 @@ fn faults_are_reported_within_five_seconds() -> Result<(), Failure> {
     Ok(())
 }
 
+/// Readings that err by far more than the budget says make each sample look like an impact, and a torque of the wrong sign
+/// like a wheel that slides: they are found while the robot drives, all the same. Stamps that err by 0.3 ms, encoders of
+/// 752 counts, the sign of torque 3.
+#[test]
+fn faults_that_look_like_impacts_are_reported() -> Result<(), Failure> {
+    type Fault = fn(usize, &mut SensorFrame);
+    let [first, second, third] = Channels::ENCODER;
+    let encoders = first | second | third;
+    let faults: [(&str, Fault, Channels); 3] = [
+        (
+            "stamps",
+            |k, frame| frame.time += 3e-4 * (1e4 * k as f64).sin(),
+            encoders,
+        ),
+        (
+            "counts",
+            |_, frame| {
+                let count = std::f64::consts::TAU / 752.0;
+                let coarse = |angle: f64| (angle / count).floor() * count;
+                frame.wheel_angle = frame.wheel_angle.map(|angle| angle.map(coarse));
+            },
+            encoders,
+        ),
+        (
+            "sign",
+            |_, frame| frame.motor_torque[2] = frame.motor_torque[2].map(|torque| -torque),
+            Channels::PARITY,
+        ),
+    ];
+    let rate = ["sensors.rate=100", "record.rate=100"];
+    let set = ["sensors.grade=typical", "record.duration=10"];
+    let scene = scene("smooth", &[&set[..], &rate].concat())?;
+    let truth = TruthRun::of(&scene)?;
+    for seed in 0..2 {
+        for (name, fault, channels) in faults {
+            let mut frames = readings(&scene, &truth, seed);
+            for (k, frame) in frames.iter_mut().enumerate() {
+                fault(k, frame);
+            }
+            let raised = run(&scene, 1, &frames)?;
+            let what = format!(
+                "{name} {seed}: {:?} {}",
+                raised.first,
+                names(raised.channels)
+            );
+            assert!(raised.first.is_some_and(|t| t < START + 5.0), "{what}");
+            assert!(raised.channels.contains(channels), "{what}");
+        }
+    }
+    Ok(())
+}
+
 /// Torques of wheels 2 and 3 exchanged, which are on one link, and torques that are 20 ms late: no
 /// balance tells them, but the PI drive's answer to each wheel's own speed, and the robot's to the
 /// torques at its start, do within 5 s of driving.
