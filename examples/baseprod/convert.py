@@ -313,7 +313,7 @@ def lever(traverse: Traverse) -> np.ndarray:
     Fx does not vary."""
     force, torque = (v - v.mean(axis=0) for v in (traverse.force[:, :, 0], traverse.torque))
     square = (force**2).sum(axis=0)
-    return np.divide((force * torque).sum(axis=0), square, out=np.full(6, np.nan), where=square > 0)
+    return np.divide((force * torque).sum(axis=0), square, out=np.full(6, np.nan), where=square > 1e-12 * (traverse.force[:, :, 0] ** 2).sum(axis=0))
 
 
 def report(offsets: Forces, rest: np.ndarray, traverse: Traverse, mass: float, height: float) -> str:

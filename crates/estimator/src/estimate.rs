@@ -159,7 +159,7 @@ impl core::fmt::Display for EstimateError {
             Self::Missing { field } => {
                 write!(
                     f,
-                    "no frame so far has the reading {field} within what a robot can do"
+                    "no frame so far has the reading {field}, or none within its limits"
                 )
             }
             Self::Time { last, now } => write!(

@@ -167,7 +167,7 @@ impl Course {
         Err(error)
     }
 
-    /// Whether a row has the stamp of the last one and other cells alone: joints of one time in messages of their own.
+    /// Whether a row is within half a microsecond of the last one and has other cells alone: joints of one time in messages of their own.
     fn is_of_last(&self, row: &Row) -> bool {
         let from = self.cells.len().saturating_sub(row.cells.len());
         let mut cells = self.cells[from..].iter().zip(&row.cells);

@@ -139,7 +139,7 @@ fn expected(prior: &Prior<'_>, measurements: &Measurements) -> Option<String> {
         .filter(|weight| is_other_mass(weight / of_side))
     {
         return Some(format!(
-            "weight is {weight:.1} N, {:.2} times the {of_side:.1} N of one side by the robot file: it is that of one side, in its unit",
+            "weight is {weight:.1} N, {:.2} times the {of_side:.1} N of one side by the robot file: state that of one side, with its unit",
             weight / of_side
         ));
     }
@@ -168,19 +168,23 @@ fn expected(prior: &Prior<'_>, measurements: &Measurements) -> Option<String> {
         forces.join(", ")
     };
     let check = match is_other_mass(ratio) {
-        true => "check the unit of the forces, and, of sums of both sides, that they are halved",
-        false => "check the order of the wheels, and each reading",
+        true => CHECK_UNITS,
+        false => "",
     };
-    (ratio.is_finite()).then(|| {
+    ratio.is_finite().then(|| {
         format!(
-            "the wheels' scales show {} N in the mean, {ratio:.2} times the {} N of the robot file: {check}",
+            "the wheels' scales show {} N in the mean, {ratio:.2} times the {} N of the robot file{check}",
             words(&found),
             words(&nominal)
         )
     })
 }
 
-/// Whether a mass over the nominal one is none that a payload or a missing battery explains.
+/// What to do about forces that show another mass.
+pub const CHECK_UNITS: &str =
+    ": check the unit of the forces, and, of sums of both sides, that they are halved";
+
+/// Whether a ratio of masses is beyond what a payload or a missing battery explains.
 pub fn is_other_mass(ratio: f64) -> bool {
     !(2.0 / 3.0..1.5).contains(&ratio)
 }

@@ -38,7 +38,7 @@ mod statics;
 
 pub use blocks::{Blocks, simulate};
 pub use error::WeighError;
-pub use fit::{Misfit, Weighed, is_other_mass, weigh};
+pub use fit::{CHECK_UNITS, Misfit, Weighed, is_other_mass, weigh};
 pub use lateral::{Lateral, lateral, simulate_both};
 pub use loads::{ForceDeviation, WeighedValue};
 pub use measurements::{Accuracy, Measurements, Reading};

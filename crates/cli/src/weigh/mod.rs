@@ -8,8 +8,8 @@ use crate::output_file::{Format, OutputFile};
 use crate::terminal::{say, warn_of};
 use miette::{IntoDiagnostic, Result, WrapErr, bail, miette};
 use robhaz_masses::{
-    Accuracy, Blocks, Measurements, Tolerances, is_other_mass, lateral, plan, simulate,
-    simulate_both, weigh,
+    Accuracy, Blocks, CHECK_UNITS, Measurements, Tolerances, is_other_mass, lateral, plan,
+    simulate, simulate_both, weigh,
 };
 use robhaz_scene::{RobotChoice, errors_of_scales};
 use std::path::{Path, PathBuf};
@@ -150,7 +150,7 @@ fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
     let [found, stated] = [&weighed.robot, &nominal.robot].map(|robot| robot.mass.total());
     if is_other_mass(found / stated) {
         let warning = format!(
-            "the weighed robot has {found:.2} kg, that of {} {stated:.2} kg: check the unit of the forces, and, of sums of both sides, that they are halved",
+            "the weighed side has {found:.2} kg, that of {} {stated:.2} kg{CHECK_UNITS}",
             args.robot.display()
         );
         warn_of(&path.display().to_string(), &warning);

@@ -29,7 +29,7 @@ impl ContactVelocity {
     /// makes no such error. It is used, too, for a velocity that points away from the ground by more than
     /// `widest`, which is wrong itself, as after an impact: about a wrong one the corrections by
     /// three wheels lead further away.
-    pub fn new(smooth: Vec2, noise: Vec2, slope: f64, [widest, fast]: [f64; 2]) -> Self {
+    pub fn new(smooth: Vec2, noise: Vec2, slope: f64, widest: f64, fast: f64) -> Self {
         let (sin, cos) = libm::sincos(slope);
         let away = smooth.y * cos - smooth.x * sin;
         let along = smooth.x * cos + smooth.y * sin;
@@ -65,17 +65,14 @@ mod tests {
                     velocity(0.3 * forwards, slope + 0.1),
                     Vec2::zeros(),
                     slope,
-                    [0.2, 0.1],
+                    0.2,
+                    0.1,
                 );
                 assert!((found.speed - 0.3 * forwards).abs() < 1e-12);
                 assert!((found.away - 0.03 * forwards).abs() < 1e-12);
             }
-            let slow = ContactVelocity::new(
-                velocity(0.05, slope + 0.1),
-                Vec2::zeros(),
-                slope,
-                [0.2, 0.1],
-            );
+            let slow =
+                ContactVelocity::new(velocity(0.05, slope + 0.1), Vec2::zeros(), slope, 0.2, 0.1);
             assert!((slow.speed - 0.05 * libm::cos(0.1)).abs() < 1e-12);
             assert!((slow.away - 0.05 * libm::sin(0.1)).abs() < 1e-12);
         }
@@ -86,10 +83,10 @@ mod tests {
     #[test]
     fn a_wrong_velocity_does_not_give_the_direction() {
         let velocity = Vec2::new(0.1, 0.3);
-        let found = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, [0.2, 0.1]);
+        let found = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, 0.2, 0.1);
         assert_eq!(found.direction, Vec2::new(1.0, 0.0));
         assert!((found.speed - 0.1).abs() < 1e-12 && (found.away - 0.3).abs() < 1e-12);
-        let unknown = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, [f64::INFINITY, 0.1]);
+        let unknown = ContactVelocity::new(velocity, Vec2::zeros(), 0.0, f64::INFINITY, 0.1);
         assert!((unknown.direction - velocity.normalize()).norm() < 1e-12);
     }
 }

@@ -73,7 +73,7 @@ impl<const N: usize, const FIRST: usize, const CONSIDERED: usize> Kalman<N, FIRS
     /// A state and its standard deviation.
     #[inline]
     pub fn estimated(&self, state: usize) -> (f64, f64) {
-        let variance = self.p[state][state].max(0.0);
+        let variance = self.p[state][state].clamp(0.0, f64::INFINITY);
         (self.x[state], robhaz_model::sqrt(variance))
     }
 

@@ -16,7 +16,7 @@ use robhaz_model::{Carrier, GRAVITY, Units};
 /// squared of a test: at most about 1 when readings, nominal parameters and noise budget are right.
 /// It stays as it is while the robot stands. Those of slip, direction and inclination stay, too, while a wheel slides,
 /// has left the ground or is at an edge, where the model of the innovations does not hold; that of parity while a
-/// wheel has left the ground or two contacts. Where the wheels turn far between
+/// wheel is in the air or has two contacts, or a reading is stale. Where the wheels turn far between
 /// readings, slip and direction count less: half at a tenth of a radian. Below 0.2 m/s (of robot A) the
 /// means of slip, direction and parity last for the same way, 0.4 m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,7 +64,8 @@ pub(crate) struct HealthSample<'a> {
     pub wheels: Option<WheelReadings>,
     /// Whether the robot drives.
     pub drives: bool,
-    /// Speed at which the robot moves while every wheel touches the ground in one contact, m/s.
+    /// The lesser of the velocity and the fastest rim, m/s, while every wheel has one contact: wheels that spin make no
+    /// way.
     pub touching: Option<f64>,
     /// Whether every wheel rolls on one contact, without an impact.
     pub model_holds: bool,
@@ -397,6 +398,30 @@ mod tests {
         assert!(monitor.health(&CARRIERS).faulty.is_empty());
         feed(&mut monitor, &Innovations::default(), true, 10.0);
         assert!(monitor.health(&CARRIERS).faulty.is_empty());
+    }
+
+    /// Closed form: encoders count in impacts, too, and parity where all wheels touch, 9 at most: it passes 4 after
+    /// 2 s ln(9/5) = 1.18 s, whatever is beyond 9.
+    #[test]
+    fn encoders_and_parity_count_in_impacts() {
+        let mut monitor = HealthMonitor::default();
+        let innovations = Innovations {
+            encoder: [Some(9.0), Some(1.0), Some(1.0)],
+            parity: Some(1e6),
+            ..Innovations::default()
+        };
+        let mut run = |time: f64| {
+            for _ in 0..(time / DT) as u32 {
+                let sample = HealthSample {
+                    model_holds: false,
+                    ..sample(&innovations)
+                };
+                monitor.update(&sample, &ROBOT);
+            }
+            monitor.health(&CARRIERS).faulty
+        };
+        assert!(run(1.1).is_empty());
+        assert_eq!(run(0.2), Channels::ENCODER[0] | Channels::PARITY);
     }
 
     /// Closed form: where wheels turn by a tenth of a radian between readings their slip counts half.

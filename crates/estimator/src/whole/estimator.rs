@@ -104,7 +104,7 @@ pub struct WholeEstimator {
     roughness: f64,
     /// Normal forces at rest on level ground, N.
     level: [f64; 6],
-    /// Normal forces about which the rows are linear, not below 0, N.
+    /// Normal forces about which the rows are linearised, not below 0, N.
     about: [f64; 6],
     /// The torques against the weight, by the mean of both sides, in the units of the filters.
     scale: ScaleFilter,
@@ -262,7 +262,8 @@ impl WholeEstimator {
         let states = steps.each_ref().map(|step| &step.state);
         self.velocity = states.map(|state| state.velocity);
         let radius = self.rover.side.geometry.wheel_radius;
-        let rims: [f64; 6] = core::array::from_fn(|i| radius * states[i / 3].spin[i % 3][0]);
+        let spins: [f64; 6] = core::array::from_fn(|i| states[i / 3].spin[i % 3][0]);
+        let rims = spins.map(|spin| radius * spin);
         self.sliding.follow(
             &self.rover,
             &self.units,
@@ -287,13 +288,17 @@ impl WholeEstimator {
             side.flags |= self.coupling_at_stop();
         }
         let dragged = self.sliding.dragged().is_some();
-        // Where wheels are dragged, forces are outside of the model.
-        let way = if dragged {
-            0.0
+        // Where wheels are dragged or readings are old, the equations do not hold.
+        let holds = !dragged
+            && !sides
+                .iter()
+                .any(|side| side.flags.contains(Flags::SENSOR_STALE));
+        let turn = if holds {
+            dt * libm::fabs(spins.iter().sum::<f64>()) / 6.0
         } else {
-            dt * libm::fabs(rims.iter().sum::<f64>()) / 6.0
+            0.0
         };
-        let contradicts = self.misfit.take(forces.misfit, way / radius);
+        let contradicts = self.misfit.take(forces.misfit, turn);
         let body_flags = body_flags | Flags::CONTRADICTION.when(contradicts);
         let torque_scale = self.find_scale(&mut sides, &mut forces, across[0].settled, dt);
         let [left, right] = sides;
@@ -477,7 +482,7 @@ fn both([a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> [f64; 6] {
     [a, b, c, d, e, f]
 }
 
-/// Share of the weight that an estimate bears at least about which the next one is linear.
+/// Least sum of the normal forces, over the weight, about which the rows are linearised.
 /// Guard.
 const LEAST_BORNE: f64 = 0.1;
 

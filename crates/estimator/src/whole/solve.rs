@@ -102,7 +102,7 @@ impl WholeForces {
     /// Standard deviation of N of wheel `i`, N; not a number beyond the sixth.
     pub fn sigma_normal(&self, i: usize) -> f64 {
         let variance = self.covariance.get((i, i));
-        robhaz_model::sqrt(variance.map_or(f64::NAN, |variance| variance.max(0.0)))
+        robhaz_model::sqrt(variance.map_or(f64::NAN, |variance| variance.clamp(0.0, f64::INFINITY)))
     }
 }
 

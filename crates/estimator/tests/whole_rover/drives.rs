@@ -78,8 +78,8 @@ fn errors_after(table: &Table, frames: &[(usize, WholeFrame)], from: f64) -> [f6
 }
 
 /// Property: neither readings at 5 Hz, nor a gap of 0.3 s, in which one side may start anew, nor stamps that err by
-/// 6 ms for 1.5 s end the estimate: afterwards each frame has forces, and what is stated holds them. The limits, % of
-/// N: 5 Hz is the rate at which the damping of a wheel stops it twice between readings.
+/// 6 ms for 1.5 s end the estimate: afterwards each frame has forces, and what is stated holds 90 % of them in two
+/// deviations (95 in the mean of many drives). The limits, % of N, are a third above the measured.
 #[test]
 fn rare_lost_and_wrong_readings_do_not_end_the_estimate() {
     let table = Table::of(include_str!("drive.csv"));
@@ -101,15 +101,35 @@ fn rare_lost_and_wrong_readings_do_not_end_the_estimate() {
         }
     }
     for (case, frames, from, largest) in [
-        ("5 Hz", rare, 2.5, 5.0),
-        ("a gap", lost, 2.5, 2.5),
-        ("stamps", wrong, 3.5, 5.0),
+        ("5 Hz", rare, 2.5, 4.5),
+        ("a gap", lost, 2.5, 1.9),
+        ("stamps", wrong, 3.5, 2.0),
     ] {
         let [error, within] = errors_after(&table, &frames, from);
-        println!("{case}: {error:.2} %, {within:.3}");
         assert!(error < largest, "{case}: {error} %");
         assert!(within > 0.9, "{case}: {within}");
     }
+}
+
+/// Property: right readings never contradict the nine equations; with 1 N m more on each torque, twenty offsets, they do.
+#[test]
+fn contradicting_readings_raise_the_flag() {
+    let table = Table::of(include_str!("drive.csv"));
+    let contradicts = |change: fn(&mut WholeFrame)| {
+        let mut estimator = estimator(&open_source_rover());
+        (0..table.rows.len()).any(|row| {
+            let mut frame = table.frame(row);
+            change(&mut frame);
+            let found = estimator.update(&frame).expect("an estimate");
+            found.body_flags.contains(Flags::CONTRADICTION)
+        })
+    };
+    assert!(!contradicts(|_| ()));
+    assert!(contradicts(|frame| {
+        frame.motor_torque = frame
+            .motor_torque
+            .map(|torque| torque.map(|torque| torque + 1.0));
+    }));
 }
 
 /// Property: a log that begins while the rover gathers speed (0.8 to 1.4 s), drives over bumps, or goes

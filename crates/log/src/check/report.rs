@@ -100,8 +100,8 @@ impl Finding {
         self.cannot_tell(format!("{remedy}; or {or}"))
     }
 
-    /// With what is no number left out. A test whose words have one has not seen what it needs: the log cannot tell.
-    fn with_figure(mut self) -> Self {
+    /// Drops numbers that are not finite. A finding whose text has one becomes "cannot tell".
+    fn finite(mut self) -> Self {
         self.numbers.retain(|number| number.value.is_finite());
         let of_words = |text: &String| {
             let mut words = text.split(|c: char| !c.is_alphanumeric());
@@ -147,7 +147,7 @@ pub struct Report {
 impl Report {
     /// The report of findings.
     pub fn new(findings: Vec<Finding>) -> Self {
-        let findings = findings.into_iter().map(Finding::with_figure);
+        let findings = findings.into_iter().map(Finding::finite);
         let findings: Vec<Finding> = findings.collect();
         let fault = findings.iter().any(Finding::is_fault);
         Self {

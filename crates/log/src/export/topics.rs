@@ -155,8 +155,9 @@ impl<'a> Estimate<'a> {
                 if traction.is_finite() && normal.is_finite() {
                     let frame = format!("{}_contact", forces.wheel(i));
                     // Of one side none is known.
-                    let axial = Some(found[AXIAL][i]).filter(|force| force.is_finite());
-                    let force = [traction, axial.unwrap_or(0.0), normal];
+                    let axial = found[AXIAL][i];
+                    let axial = if axial.is_finite() { axial } else { 0.0 };
+                    let force = [traction, axial, normal];
                     let message = encode_wrench(time, &frame, force);
                     topics.write(wheels[i], time, &message)?;
                 }

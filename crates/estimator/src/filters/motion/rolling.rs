@@ -122,22 +122,23 @@ impl MotionFilter {
         /// to, m/s: 3 mm/s of poor sensors by 0.05 mm/s.
         /// Definition.
         const FAST: f64 = 0.1;
-        let [_, _, across] = self.velocity_covariance();
+        let [_, _, vertical] = self.velocity_covariance();
         let mut found = [None; 3];
         for i in 0..3 {
             let Some(wheel) = &wheels[i] else { continue };
             let smooth = self.velocity() + wheel.smooth_relative;
             let noise = wheel.relative - wheel.smooth_relative;
             let (error, sigma) = self.input(CONTACT_ANGLE.of(i));
-            // Unknown angles are those of the velocity. Given ones err as much across at the speed that counts.
-            let limits = match self.angles {
-                ContactAngles::Given => [GATE * sigma, robhaz_model::sqrt(across) / sigma],
-                ContactAngles::Unknown => [f64::INFINITY, FAST],
+            // Unknown angles are those of the velocity. At the speed `fast` the error of a given one moves the velocity
+            // across the ground as much as the velocity's own error.
+            let (widest, fast) = match self.angles {
+                ContactAngles::Given => (GATE * sigma, robhaz_model::sqrt(vertical) / sigma),
+                ContactAngles::Unknown => (f64::INFINITY, FAST),
             };
             let sample = Sample {
                 i,
                 wheel,
-                velocity: ContactVelocity::new(smooth, noise, wheel.angle - error, limits),
+                velocity: ContactVelocity::new(smooth, noise, wheel.angle - error, widest, fast),
                 dt,
                 correct,
             };

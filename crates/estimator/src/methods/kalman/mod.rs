@@ -216,7 +216,7 @@ impl KalmanFilters {
             wheel.reset_speed();
         }
         if before.motion.is_coupled() {
-            // Also where the other side does not start anew.
+            // Not that of a start: the other side may go on.
             self.motion.set_guests([[0.0; state::COUNT]; state::COUNT]);
         }
         self.motion.reset_velocity_variance();

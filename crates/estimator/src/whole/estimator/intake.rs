@@ -1,11 +1,13 @@
 //! What a frame brings: its clock, the readings that there are, and whether the filters start anew.
 
-use super::{READINGS, WholeEstimator};
+use super::WholeEstimator;
+use super::misfit::MeanMisfit;
 use crate::estimate::EstimateError;
 use crate::filters::LinkAngleKalman;
-use crate::frame::{BodyInputs, LONGEST_GAP, SHORTEST_STEP, limit};
+use crate::frame::{BodyInputs, LARGEST_TORQUE, LONGEST_GAP, SHORTEST_STEP, limit};
 use crate::start::Carried;
 use crate::whole::readings::WholeFrame;
+use robhaz_model::Vec2;
 
 impl WholeEstimator {
     /// The frame with the rates of its attitude, without the readings of a body's sensor that gives the same numbers over
@@ -46,11 +48,18 @@ impl WholeEstimator {
         }
     }
 
-    /// The filters of both sides start anew with the next frame.
+    /// All filters start anew with the next frame.
     pub(super) fn start_anew(&mut self) {
         for side in &mut self.sides {
             side.start_anew();
+            if let Some(motion) = side.motion() {
+                motion.couple();
+            }
         }
+        self.roll = LinkAngleKalman::new(&self.budget_in_units());
+        self.scale.interrupt();
+        self.misfit = MeanMisfit::default();
+        self.velocity = [Vec2::zeros(); 2];
         self.about = self.level;
     }
 
@@ -89,15 +98,20 @@ impl WholeEstimator {
             roll_rate,
             yaw_rate,
         ];
+        let largest_rate = limit::RATE / self.units.time;
         // A log may begin in a turn.
         let [_, _, _, _, _, _, yaw_is_known, ..] = self.known;
-        if let (false, Some(first)) = (yaw_is_known, yaw_rate.filter(|rate| rate.is_finite())) {
+        if let (false, Some(first)) = (
+            yaw_is_known,
+            yaw_rate.filter(|rate| rate.abs() <= largest_rate),
+        ) {
             self.yaw.start(first);
         }
         let wheels = frame.wheel_angle.iter().chain(&frame.motor_torque);
-        // Of joints the sides' estimators would name the inclinations of links.
-        let joints = [limit::ANGLE; 3].into_iter();
-        let limits = joints.chain([f64::MAX; READINGS.len() - 3]);
+        // Of what is beyond them the sides' estimators would name links and wheels of their own.
+        let limits = [limit::ANGLE; 5].into_iter().chain([largest_rate; 2]);
+        let limits = limits.chain([limit::TURN; 6]);
+        let limits = limits.chain([LARGEST_TORQUE * self.units.torque(); 6]);
         let readings = readings.iter().chain(wheels).zip(limits);
         for (known, (read, limit)) in self.known.iter_mut().zip(readings) {
             *known |= read.is_some_and(|read| read.abs() <= limit);

@@ -15,7 +15,7 @@
 
 use super::frames::{Correlation, LONGEST_GAP, body_turn, pace, wheel_turns, without_yaw_bias};
 use super::wiring::{Change, wired, wirings, words};
-use super::wirings::{LARGEST_MISFIT, LISTED, roll_on_ground};
+use super::wirings::{LISTED, roll_on_ground};
 use super::{STRAIGHT, across, of_start, roll, steering, torques};
 use crate::check::recording::{add, driving_speed, part_of_drive};
 use crate::check::{Finding, StatedBoth, start, torque_spikes};
@@ -146,7 +146,7 @@ impl Judged {
             found.count += 1.0;
             let turned = speed.abs() / rover.side.geometry.wheel_radius;
             found.rolled += turned * step.clamp(0.0, LONGEST_GAP);
-            let mut of_frame = [estimate.misfit.min(LARGEST_MISFIT), 0.0];
+            let mut of_frame = [estimate.misfit.min(WholeEstimate::LARGEST_MISFIT), 0.0];
             for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
                 of_frame[1] += health.slip.iter().chain(&health.direction).sum::<f64>();
             }

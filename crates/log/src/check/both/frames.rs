@@ -43,7 +43,7 @@ pub fn values(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) ->
     frames.iter().map(|f| of(f).unwrap_or(f64::NAN)).collect()
 }
 
-/// The same, the last one where there is none.
+/// The same; a frame without one has the last value, NaN before the first.
 pub fn held(frames: &[WholeFrame], of: impl Fn(&WholeFrame) -> Option<f64>) -> Vec<f64> {
     let mut last = f64::NAN;
     let hold = |frame| {

@@ -27,10 +27,7 @@ const BETTER_LIKELY: f64 = 0.5;
 const BEYOND: f64 = 3.0;
 /// Least number of wheel radii of the way: of fewer a mean difference is beyond that more often.
 const LEAST_PARTS: usize = 10;
-/// Largest misfit that counts: three innovations of five deviations, as in the mean NIS of a side. An
-/// impact is no wiring.
-pub(super) const LARGEST_MISFIT: f64 = 75.0;
-/// Largest mean NIS that counts there: the same.
+/// Largest mean NIS that counts, as of a misfit.
 const LARGEST_NIS: f64 = 25.0;
 /// Sum over the least one up to which a case fits as well.
 const AS_WELL: f64 = 1.05;
@@ -108,7 +105,7 @@ impl Judgement {
             found.misfit += misfit;
             found.sum += misfit;
             found.dragged += f64::from(u8::from(estimate.dragged));
-            let misfit = estimate.misfit.min(LARGEST_MISFIT);
+            let misfit = estimate.misfit.min(WholeEstimate::LARGEST_MISFIT);
             let (mut all, mut likely) = (misfit / 3.0, misfit);
             for health in estimate.sides.iter().filter_map(|s| Some(s.kalman?.health)) {
                 let tests: [&[f64]; 4] = [
@@ -379,7 +376,6 @@ pub fn findings(
     let mut as_well: Vec<&Judged> = others.iter().filter(fits_as_well).collect();
     as_well.sort_by(|a, b| a.1.sum.total_cmp(&b.1.sum));
     let (mut wiring, mut corrected): (&[Change], _) = (&[], own);
-    let measures_force = !is_dragged && !is_upset && measures_force(part, stated, own, best);
     let finding = if own.sum >= REFUSED {
         let figure = "the estimator has no force in this part of the log";
         Finding::ok(TEST, "all", figure).cannot_tell("correct what is missing or wrong first")
@@ -389,7 +385,7 @@ pub fn findings(
         finding.cannot_tell(
             "correct the faults of the sides first: with them no exchange is to be seen",
         )
-    } else if measures_force {
+    } else if !is_upset && measures_force(part, stated, own, best) {
         let others = better.unwrap_or_default().iter();
         let others = others.take(LISTED).map(|(wiring, _)| words(wiring));
         finding.fault(FORCE.to_owned() + &rewire::as_well(others))
