@@ -169,7 +169,7 @@ fn expected(prior: &Prior<'_>, measurements: &Measurements) -> Option<String> {
     };
     let check = match is_other_mass(ratio) {
         true => CHECK_UNITS,
-        false => "",
+        false => ": check the order of the wheels, and each reading",
     };
     ratio.is_finite().then(|| {
         format!(
