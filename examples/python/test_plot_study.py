@@ -238,6 +238,8 @@ def shortened(study):
     study = re.sub(r"^count = 2450", "count = 30", study, flags=re.MULTILINE)
     study = re.sub(r'(key = "seed"\ncount =) \d+', r"\1 1", study)
     study = re.sub(r"^(  \[[^\]]*), [\d.]+\]", r"\1, 2.1]", study, flags=re.MULTILINE)
+    if '"record.duration"]' in study:  # varied by an axis
+        return study
     return study.replace("set = [", 'set = [\n  "record.duration=2.1",').replace('  "record.duration=8",\n', "")
 
 
