@@ -36,3 +36,9 @@ pub(crate) const OBSTACLES: f64 = 5.0;
 /// to hold before a contact state changes; it is the time constant of the slip's low pass, too.
 /// Chosen; held by `tests/acceptance_contacts.rs`.
 pub(crate) const IMPACT_LASTS: f64 = 0.005;
+
+/// Time for which all measurements of a kind may be outliers before what contradicts them is discarded, s:
+/// longer than any impact. What was estimated from false readings would otherwise make the gate reject correct
+/// ones for ever.
+/// Guard.
+pub(crate) const LONGEST_BEYOND_GATE: f64 = 1.0;

@@ -153,7 +153,7 @@ impl Estimator {
         }
         let found = self
             .kalman_filters()
-            .and_then(|filters| filters.speed_at_found_link(frame));
+            .and_then(|filters| filters.speed_at_found_link(&self.nominal.robot.geometry, frame));
         flags |= Flags::SENSOR_STALE.when(found.is_some());
         let interrupted = dt > LONGEST_GAP || set_back || found.is_some();
         let (noise, moves) = self.start.take(frame.time, &frame.wheel_angle, interrupted);

@@ -4,7 +4,7 @@ mod inclination;
 
 use super::kalman::{Innovation, Kalman};
 use super::smoothing::smoothing_time;
-use crate::common::{IMPACT_LASTS, SMOOTHING, TYPICAL};
+use crate::common::{IMPACT_LASTS, LONGEST_BEYOND_GATE, SMOOTHING, TYPICAL};
 use crate::deviation::{GATE, root_sum_square};
 use crate::frame::{IMPACT, Inputs, LONGEST_GAP, LinkReading, SHORTEST_STEP};
 use crate::settings::NoiseBudget;
@@ -44,6 +44,10 @@ pub struct LinkAngleKalman {
     unread: f64,
     /// The same of the inclinometer.
     silent: f64,
+    /// For how long all inclinations have been outliers, s.
+    contradicted: f64,
+    /// The last of their innovations, rad, after [`Self::OUTLIERS`].
+    apart: f64,
     /// What a rate that follows from the angle of a joint errs by in addition to the gyroscope's
     /// noise, rad/s.
     pub joint_noise: f64,
@@ -64,6 +68,9 @@ impl LinkAngleKalman {
     /// hundredths of a newton of N.
     /// Guard.
     const LEAST_UNMODELLED: f64 = 1e-4;
+    /// Time for which inclinations may be outliers that do not contradict the gyroscope, s: longer than any impact.
+    /// Guard.
+    const OUTLIERS: f64 = 0.2;
     /// Relative error of an inclinometer's lag: tolerance of a low pass.
     /// Data sheet: tolerance of the capacitors of a low pass.
     const LAG_ERROR: f64 = 0.2;
@@ -165,9 +172,28 @@ impl LinkAngleKalman {
         let expected = budget.specific_force;
         let force_angle = if expected { force_angle } else { 0.0 };
         self.expect(budget, dt, force_angle);
-        readings
-            .inclination
-            .map(|inclination| self.correct(budget, inclination, force_angle))
+        let inclination = readings.inclination?;
+        let innovation = self.correct(budget, inclination, force_angle);
+        self.compare(&innovation, dt);
+        Some(innovation)
+    }
+
+    /// Notes for how long the inclinometer has contradicted the gyroscope. One of both is wrong, and the gate keeps
+    /// the angle with the gyroscope: it errs by as much as they are apart.
+    fn compare(&mut self, innovation: &Innovation, dt: f64) {
+        let outlier = innovation.nis() > GATE * GATE;
+        self.contradicted = if outlier { self.contradicted + dt } else { 0.0 };
+        let contradicts = self.contradicts();
+        self.apart = if contradicts {
+            innovation.value.abs()
+        } else {
+            0.0
+        };
+    }
+
+    /// Whether the inclinometer has contradicted the gyroscope for longer than outliers last.
+    pub(crate) fn contradicts(&self) -> bool {
+        self.contradicted > Self::OUTLIERS
     }
 
     /// Passes the inclinometer's expected reading, with its `force_angle` from gravity (rad)
@@ -248,7 +274,7 @@ impl LinkAngleKalman {
     /// Standard deviation of the angle against the mean of the inclinometer's readings, rad,
     /// without its bias.
     pub(crate) fn settled_sigma(&self) -> f64 {
-        self.filter.estimated(ANGLE).1
+        root_sum_square(self.filter.estimated(ANGLE).1, self.apart)
     }
 
     /// Whether the angle is hardly known: no reading has shown it for a while.
@@ -261,7 +287,8 @@ impl LinkAngleKalman {
 
     /// The same for so long that what the filters have found meanwhile is wrong.
     pub(crate) fn is_lost(&self) -> bool {
-        self.silent > LONGEST_GAP && self.is_uncertain()
+        let silent = self.silent > LONGEST_GAP && self.is_uncertain();
+        silent || self.contradicted > LONGEST_BEYOND_GATE
     }
 
     /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro,

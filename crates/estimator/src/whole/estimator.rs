@@ -299,6 +299,7 @@ impl WholeEstimator {
             0.0
         };
         let contradicts = self.misfit.take(forces.misfit, turn);
+        let contradicts = contradicts || self.roll.contradicts();
         let body_flags = body_flags | Flags::CONTRADICTION.when(contradicts);
         let torque_scale = self.find_scale(&mut sides, &mut forces, across[0].settled, dt);
         let [left, right] = sides;

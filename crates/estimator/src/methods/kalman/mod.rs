@@ -11,6 +11,7 @@ mod tests;
 pub(crate) use side::SideState;
 
 use super::wheel::Wheel;
+use crate::common::LONGEST_BEYOND_GATE;
 use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
 };
@@ -28,7 +29,8 @@ use crate::start::Carried;
 use crate::state;
 use crate::statics::{Arms, Equations, Forces, RightSide, solve};
 use crate::torque_scale::{Rolling, ScaleFilter};
-use robhaz_model::{Robot, Vec2};
+use motion::expected_slopes;
+use robhaz_model::{Geometry, Robot, Vec2};
 
 /// Filters of links, wheels and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +55,8 @@ pub(crate) struct KalmanFilters {
     last_force_angle: [f64; 2],
     /// Time for which the parity residual has been beyond its gate without a break, s.
     time_beyond_gate: f64,
+    /// For how long no wheel has been able to roll as estimated, s: see [`Self::discard_wrong_states`].
+    time_off_line: f64,
     /// Contact state of each wheel.
     contact: [ContactDetector; 3],
     standing: StandingDetector,
@@ -127,12 +131,6 @@ impl KalmanFilters {
         checks::scale_filter(&nominal.robot, &nominal.settings.budget, trailing)
     }
 
-    /// Time beyond the parity gate after which the estimated motion and errors are discarded, s:
-    /// longer than any impact. Errors that were estimated from false readings would otherwise make
-    /// the gate reject correct readings for ever.
-    /// Guard.
-    const LONGEST_BEYOND_GATE: f64 = 1.0;
-
     /// Largest force of a wheel that can be true, over the mean load: five times the weight of the
     /// robot. An impact that the filters follow, over some 20 ms, adds m v/20 ms to the weight:
     /// five weights at 1 m/s.
@@ -155,6 +153,7 @@ impl KalmanFilters {
             loaded: [true; 3],
             last_force_angle: [0.0; 2],
             time_beyond_gate: 0.0,
+            time_off_line: 0.0,
             contact: [ContactDetector::default(); 3],
             standing: StandingDetector::default(),
             friction: FrictionObserver::default(),
@@ -199,13 +198,12 @@ impl KalmanFilters {
         started && self.carried.take(wheels, links)
     }
 
-    /// Speed of Q, m/s, if a frame reads the angle of a link that was lost: what is known of the motion.
-    pub fn speed_at_found_link(&self, frame: &SensorFrame) -> Option<f64> {
+    /// Speed of the rims, m/s, if a frame reads the angle of a link that was lost: what is known of the motion, which
+    /// false rates may have carried anywhere.
+    pub fn speed_at_found_link(&self, geometry: &Geometry, frame: &SensorFrame) -> Option<f64> {
         let mut links = self.links.iter().zip([&frame.link1, &frame.link2]);
         let found = links.any(|(link, read)| link.is_lost() && read.inclination.is_some());
-        let velocity = self.motion.velocity();
-        let speed = robhaz_model::sqrt(velocity.norm_squared());
-        found.then_some(libm::copysign(speed, velocity.x))
+        found.then(|| self.mean_rim_speed(geometry))
     }
 
     /// Takes over what lasts from `before` after a gap: the memory of the ground, whose section
@@ -292,7 +290,7 @@ impl KalmanFilters {
             innovations,
             parity,
         } = step;
-        self.discard_wrong_states(&settings.budget);
+        self.discard_wrong_states(&settings.budget, &equations.arms, instant);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
         self.last_sigma = [0, 1, 2].map(|i| forces.sigma_normal(i));
@@ -463,13 +461,28 @@ impl KalmanFilters {
     }
 
     /// Starts the motion filter anew when the parity residual has been beyond its gate for too
-    /// long. The places of the ground were computed from its velocity: a new section starts.
-    fn discard_wrong_states(&mut self, budget: &NoiseBudget) {
-        if self.time_beyond_gate > Self::LONGEST_BEYOND_GATE {
+    /// long, or no wheel can roll as estimated. The places of the ground were computed from its velocity: a new section
+    /// starts.
+    fn discard_wrong_states(&mut self, budget: &NoiseBudget, arms: &Arms, instant: &Instant<'_>) {
+        /// Angle between the ground of each wheel and the line between the wheels, rad: ground that all wheels pass
+        /// has, on average, the slope of that line.
+        /// Guard.
+        const OFF_LINE: f64 = core::f64::consts::FRAC_PI_4;
+        let slopes = expected_slopes(arms);
+        let off_line = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
+        let leaves_line = [0, 1, 2].into_iter().all(|i| off_line(i) > OFF_LINE);
+        self.time_off_line = if leaves_line {
+            self.time_off_line + instant.dt
+        } else {
+            0.0
+        };
+        if self.time_beyond_gate.max(self.time_off_line) > LONGEST_BEYOND_GATE {
             self.motion = MotionFilter::new(budget, self.method.contact_angles);
             self.motion.reset_velocity_variance();
+            let speed = self.mean_rim_speed(&instant.nominal.robot.geometry);
+            self.motion.assume_velocity(Vec2::new(speed, 0.0));
             self.ground.end_section();
-            self.time_beyond_gate = 0.0;
+            (self.time_beyond_gate, self.time_off_line) = (0.0, 0.0);
         }
     }
 

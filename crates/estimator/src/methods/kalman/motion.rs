@@ -52,6 +52,12 @@ impl KalmanFilters {
         }
     }
 
+    /// Mean speed of the rims relative to their axles, m/s, forward positive.
+    pub(super) fn mean_rim_speed(&self, geometry: &Geometry) -> f64 {
+        let rim_speed = |i| self.rim_speed(i, geometry).unwrap_or(0.0);
+        (rim_speed(0) + rim_speed(1) + rim_speed(2)) / 3.0
+    }
+
     /// Speed of the rim of wheel `i` relative to its axle, m/s, forward positive. `None` before its
     /// observer has settled.
     fn rim_speed(&self, i: usize, geometry: &Geometry) -> Option<f64> {
@@ -272,7 +278,7 @@ impl KalmanFilters {
 /// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line
 /// to the middle wheel, at the middle wheel that of the line between the others. The ground under a
 /// wheel deviates from it, but over a distance the mean slope of the ground is that of the robot.
-fn expected_slopes(arms: &Arms) -> [f64; 3] {
+pub(super) fn expected_slopes(arms: &Arms) -> [f64; 3] {
     let slope = |front: usize, rear: usize| direction(arms.axles[front] - arms.axles[rear]);
     [slope(0, 1), slope(0, 2), slope(1, 2)]
 }

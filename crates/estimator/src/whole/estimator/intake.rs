@@ -43,7 +43,8 @@ impl WholeEstimator {
             self.carried = Carried::default();
             self.start_anew();
         }
-        if moves.is_some() || interrupted {
+        let found = self.roll.is_lost() && frame.roll.is_some();
+        if moves.is_some() || interrupted || found {
             self.roll = LinkAngleKalman::new(&self.budget_in_units());
         }
     }
