@@ -79,7 +79,8 @@ pub struct WholeEstimate {
     /// a payload would change.
     pub torque_scale: TorqueScale,
     /// Warnings of the readings of the body: roll and rates. [`Flags::CONTRADICTION`] where the mean misfit of the last
-    /// forty radians of the wheels is beyond [`Self::largest_misfit`]. Of 220 honest logs in MuJoCo none has it.
+    /// forty radians of the wheels is beyond [`Self::largest_misfit`], of 220 honest logs in MuJoCo in none, and where roll
+    /// and its rate contradict each other for 0.2 s.
     pub body_flags: Flags,
     /// What each side's filters state, with the forces above: left, right.
     pub sides: [Estimate; 2],
@@ -120,6 +121,12 @@ impl WholeEstimate {
     /// Standard deviation of N of wheel `i` (0 to 5) along the ground's normal, N.
     pub fn sigma_normal(&self, i: usize) -> Option<f64> {
         let variance: &f64 = self.covariance.get(i)?.get(i)?;
+        Some(robhaz_model::sqrt(variance.clamp(0.0, f64::INFINITY)))
+    }
+
+    /// Standard deviation of N of wheel `i` (0 to 5) in its plane, N.
+    pub fn sigma_in_plane(&self, i: usize) -> Option<f64> {
+        let variance = self.covariance.get(i)?.get(i)? - self.of_inclination.get(i)?;
         Some(robhaz_model::sqrt(variance.clamp(0.0, f64::INFINITY)))
     }
 

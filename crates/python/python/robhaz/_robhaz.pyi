@@ -341,11 +341,15 @@ class WholeEstimate:
 
     @property
     def normal_force_sigma(self) -> _Six:
-        """Standard deviations of N, N."""
+        """Standard deviations of N along the ground's normal, which may be inclined across a wheel, N."""
+
+    @property
+    def in_plane_normal_force_sigma(self) -> _Six:
+        """Standard deviations of N in the wheel's plane, as a force sensor above it reads, N."""
 
     @property
     def covariance(self) -> list[list[float]]:
-        """Covariance of the six N, 6 x 6, N^2."""
+        """Covariance of the six N along the ground's normals, 6 x 6, N^2."""
 
     @property
     def traction(self) -> _Six:

@@ -83,6 +83,10 @@ impl Table {
             "weight", "1", "the torques against the described weight: 1 confirmed, 0 unconfirmed, -1 contradicts" =>
                 |e| Some(weight(e.torque_scale.confirmation));
         }
+        columns! { table, Source::both; "body_", "body and both sides: ";
+            "flags", "1", "warnings, a bit each: reading of the body missing 16, stale 32, absurd 64; its readings, or the nine \
+             equations, contradict each other 512" => |e| Some(f64::from(e.body_flags.bits()));
+        }
         for (k, side) in SIDES.into_iter().enumerate() {
             columns! { table, Source::both; format!("{side}_"), format!("{side} side: ");
                 "flags", "1", "warnings, a bit each: wheels 1 to 3 unloaded 1, 2, 4; linkage at a stop 8; reading missing 16, stale \
@@ -101,7 +105,10 @@ impl Table {
         let (side, k) = (i / 3, i % 3);
         columns! { self, Source::both; start, of;
             "normal_force", "N", "normal force N in the wheel's plane" => move |e| Some(e.normal_force[i]);
-            "normal_force_sigma", "N", "standard deviation of N" => move |e| e.sigma_normal(i);
+            "normal_force_sigma", "N", "standard deviation of N along the ground's normal, which may be inclined across the wheel" =>
+                move |e| e.sigma_normal(i);
+            "in_plane_normal_force_sigma", "N", "standard deviation of N in the wheel's plane, as a force sensor above it reads" =>
+                move |e| e.sigma_in_plane(i);
             "traction", "N", "traction T, driving forward positive" => move |e| Some(e.traction[i]);
             "traction_sigma", "N", "standard deviation of T" => move |e| e.sigma_traction(i);
             "needed_friction", "1", "needed friction: root of the squares of T/N and axial_share; empty without load" =>
