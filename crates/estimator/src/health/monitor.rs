@@ -151,14 +151,6 @@ impl HealthMonitor {
         (self.torque.each_ref()).map(|constancy| constancy.time > Constancy::LONGEST)
     }
 
-    /// The motion and the errors of the readings contradicted these for so long that they are discarded.
-    pub fn motion_was_discarded(&mut self) {
-        self.parity = Mean {
-            value: Mean::LARGEST_PARITY,
-            beyond: true,
-        };
-    }
-
     /// The present state. `carriers` names the link of each wheel.
     pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
         let mut faulty = Channels::NONE;

@@ -482,7 +482,6 @@ impl KalmanFilters {
             let speed = self.mean_rim_speed(&instant.nominal.robot.geometry);
             self.motion.assume_velocity(Vec2::new(speed, 0.0));
             self.ground.end_section();
-            self.health.motion_was_discarded();
             (self.time_beyond_gate, self.time_off_line) = (0.0, 0.0);
         }
     }
