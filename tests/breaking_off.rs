@@ -2,6 +2,7 @@
 //! and nothing that is not complete looks finished.
 #![cfg(unix)]
 
+use crate::support::assert_contains;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -127,16 +128,16 @@ fn a_stopped_run_keeps_all_its_records() {
         let output = run.output();
         let said = said(&output);
         assert_eq!(output.status.code(), Some(code), "{said}");
-        assert!(said.contains(&format!("stopped by {cause}")), "{said}");
-        assert!(said.contains("runs/long.partial"), "{said}");
+        assert_contains(&said, format!("stopped by {cause}"));
+        assert_contains(&said, "runs/long.partial");
         let shown = String::from_utf8_lossy(&output.stdout);
-        assert!(shown.contains("broke off at"), "{shown}");
+        assert_contains(&shown, "broke off at");
 
         assert!(!dir.path().join("runs/long").exists());
         let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
         let reason = summary["broken_off"]["reason"].as_str().unwrap();
-        assert!(reason.contains(cause), "{reason}");
+        assert_contains(reason, cause);
         let end = summary["broken_off"]["time_s"].as_f64().unwrap();
         assert!(end > 0.5 && end < 1e4, "{end}");
         assert!(
@@ -233,11 +234,7 @@ fn a_killed_run_looks_unfinished_and_is_replaced() {
             .output()
             .unwrap();
         assert!(!compared.status.success());
-        assert!(
-            said(&compared).contains("was killed"),
-            "{}",
-            said(&compared)
-        );
+        assert_contains(said(&compared), "was killed");
         let short = [
             "run",
             "long.toml",
@@ -266,12 +263,12 @@ fn a_full_disk_is_an_error_that_names_the_file() {
         let said = said(&output);
         assert_eq!(output.status.code(), Some(1), "{said}");
         let table = format!("cannot write runs/long.partial/truth.{format}");
-        assert!(said.contains(&table), "{said}");
-        assert!(said.contains("File too large"), "{said}");
+        assert_contains(&said, &table);
+        assert_contains(&said, "File too large");
         let partial = dir.path().join("runs/long.partial");
         assert!(!partial.join("truth.parquet").exists() && !dir.path().join("runs/long").exists());
         let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
-        assert!(summary.contains("File too large"), "{summary}");
+        assert_contains(&summary, "File too large");
     }
 }
 
@@ -337,11 +334,7 @@ fn an_export_that_is_stopped_leaves_nothing() {
         signal(&export, "-INT");
         let output = export.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-        assert!(
-            said(&output).contains("stopped by Ctrl-C"),
-            "{}",
-            said(&output)
-        );
+        assert_contains(said(&output), "stopped by Ctrl-C");
         assert_eq!(files(), before, "{to}");
     }
 }
@@ -358,7 +351,7 @@ fn an_export_on_a_full_disk_says_what_it_cannot_write() {
         let output = command.current_dir(dir.path()).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{}", said(&output));
         let expected = format!("cannot write a.{to}");
-        assert!(said(&output).contains(&expected), "{}", said(&output));
+        assert_contains(said(&output), &expected);
         assert!(!said(&output).contains("cannot read"), "{}", said(&output));
     }
 }
@@ -404,11 +397,7 @@ fn study_and_verify_can_be_stopped() {
         signal(command.child(), name);
         let output = command.output();
         assert_eq!(output.status.code(), Some(code), "{}", said(&output));
-        assert!(
-            said(&output).contains("nothing was written"),
-            "{}",
-            said(&output)
-        );
+        assert_contains(said(&output), "nothing was written");
         let left: Vec<_> = fs::read_dir(dir.path()).unwrap().collect();
         assert_eq!(left.len(), 1, "{left:?}");
     }

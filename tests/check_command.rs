@@ -1,6 +1,6 @@
 //! `robhaz check`, and the way from an unknown log to forces in `docs/log-to-forces.md`.
 
-use crate::support::{columns, robhaz, root, text, with_run};
+use crate::support::{assert_contains, columns, robhaz, root, text, with_run};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
@@ -130,8 +130,8 @@ fn units_that_fit_each_other_are_found() {
         let output = run(folder, COMMANDS[1]);
         let said = text(&output.stdout);
         assert_eq!(output.status.code(), Some(1), "{said}");
-        assert!(said.contains("FAULT        acceleration"), "{said}");
-        assert!(said.contains(&format!("state unit = \"{unit}\"")), "{said}");
+        assert_contains(&said, "FAULT        acceleration");
+        assert_contains(&said, format!("state unit = \"{unit}\""));
     }
     describe(
         folder,
@@ -200,9 +200,9 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
         .unwrap();
     assert_eq!(exchange["verdict"], "cannot-tell");
     let remedy = exchange["remedy"].as_str().unwrap();
-    assert!(
-        remedy.contains("exchange the columns of wheel2_motor_torque and wheel3_motor_torque; exchange the columns of wheel2_angle and wheel3_angle"),
-        "{remedy}"
+    assert_contains(
+        remedy,
+        "exchange the columns of wheel2_motor_torque and wheel3_motor_torque; exchange the columns of wheel2_angle and wheel3_angle",
     );
 
     let estimated = run(folder, COMMANDS[3]);
@@ -230,8 +230,8 @@ fn an_estimate_tells_a_contradiction() {
     write_description(folder, ["tau2", "tau1"], "deg", "+");
     let estimated = run(folder, COMMANDS[3]);
     let said = text(&estimated.stdout);
-    assert!(said.contains("READINGS CONTRADICT EACH OTHER"), "{said}");
-    assert!(said.contains("gyroscope 2 from"), "{said}");
+    assert_contains(&said, "READINGS CONTRADICT EACH OTHER");
+    assert_contains(&said, "gyroscope 2 from");
     let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let faulty = &summary["estimators"]["kalman"]["faulty_channels"]["gyroscope 2"];

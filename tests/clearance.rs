@@ -1,6 +1,6 @@
 //! A bar that touches the ground: the run says so, `verify` fails, `path` says no-go.
 
-use crate::support::{robhaz, root, scene, text};
+use crate::support::{assert_contains, robhaz, root, scene, text};
 use robhaz_path::{Options, PathSetup, Reason, judge};
 use std::process::Output;
 
@@ -76,7 +76,7 @@ fn a_run_says_where_a_bar_touched() {
     assert_eq!(summary["events"]["touches"], 0);
     let (said, summary) = run("low", &["--set", LOW_BODY]);
     let clearance = &summary["clearance"];
-    assert!(said.contains("body TOUCHED THE GROUND at"), "{said}");
+    assert_contains(&said, "body TOUCHED THE GROUND at");
     assert!(clearance["touches"].as_u64().unwrap() >= 1 && clearance["bar"] == "body");
     assert_eq!(summary["events"]["touches"], clearance["touches"]);
     // The table has the same least value.
@@ -112,7 +112,8 @@ fn verify_fails_where_a_bar_touches() {
     let low = robhaz_on_step(&[&short[..], &["--set", LOW_BODY]].concat());
     assert!(!low.status.success());
     for (high, low) in line(&high).iter().zip(line(&low)) {
-        assert!(high.contains("passed"), "{high}");
-        assert!(low.contains("FAILED") && low.contains("body"), "{low}");
+        assert_contains(high, "passed");
+        assert_contains(&low, "FAILED");
+        assert_contains(&low, "body");
     }
 }

@@ -1,7 +1,7 @@
 //! Clocks of recorded logs: `robhaz check` names their faults first of all, and `robhaz estimate`
 //! survives them.
 
-use crate::support::{columns, robhaz, text, with_run};
+use crate::support::{assert_contains, columns, robhaz, text, with_run};
 use std::fs;
 use std::path::Path;
 
@@ -53,9 +53,9 @@ fn a_clock_that_is_set_back_is_named_and_survived() {
     let folder = dir.path();
     write(folder, &lines, |t| if t > 5.0 { t - 0.2 } else { t });
     let said = checked(folder);
-    assert!(said[0].contains("8001 rows at 1000 Hz"), "{}", said[0]);
+    assert_contains(&said[0], "8001 rows at 1000 Hz");
     let clock = fault(&said, "clock");
-    assert!(clock.contains("set back by 0.200 s at 5.000 s"), "{clock}");
+    assert_contains(clock, "set back by 0.200 s at 5.000 s");
     let first = said.iter().find(|line| line.starts_with("FAULT"));
     assert_eq!(first.map(String::as_str), Some(clock));
 
@@ -94,14 +94,11 @@ fn implausible_times_are_named() {
     write(folder, &lines, |t| if t > 4.0 { t + 1.7e9 } else { t });
     let said = checked(folder);
     let gaps = fault(&said, "gaps");
-    assert!(
-        gaps.contains("the longest 1700000000.001 s at 4.000 s"),
-        "{gaps}"
-    );
+    assert_contains(gaps, "the longest 1700000000.001 s at 4.000 s");
     let clock = fault(&said, "clock");
-    assert!(clock.contains("set forward by 1700000000.000 s"), "{clock}");
+    assert_contains(clock, "set forward by 1700000000.000 s");
     let last = said.last().unwrap();
-    assert!(last.contains(" 2 with a fault"), "{last}");
+    assert_contains(last, " 2 with a fault");
 
     write(folder, &lines, |t| 1e3 * t);
     let said = checked(folder);
@@ -112,7 +109,7 @@ fn implausible_times_are_named() {
         "{said:#?}"
     );
     let last = said.last().unwrap();
-    assert!(last.contains(" 1 with a fault"), "{last}");
+    assert_contains(last, " 1 with a fault");
     let output = robhaz(folder)
         .args(["estimate", "log.csv"])
         .output()
@@ -138,9 +135,6 @@ fn repeated_rows_and_a_cut_are_named() {
     fs::write(folder.join("log.csv"), log).unwrap();
     let said = checked(folder);
     let order = fault(&said, "order");
-    assert!(
-        order.contains("195 rows with the time of the row before"),
-        "{order}"
-    );
+    assert_contains(order, "195 rows with the time of the row before");
     assert!(fault(&said, "end").contains("CUT OFF"));
 }

@@ -1,6 +1,6 @@
 //! `--json`, `--quiet`, `-v`, exit codes and escapes: what scripts rely on. docs/command.md.
 
-use crate::support::{page_commands, robhaz, root, short_scene, text};
+use crate::support::{assert_contains, page_commands, robhaz, root, short_scene, text};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -160,7 +160,7 @@ fn a_missing_folder_is_named() {
     let output = run(dir.path(), &["new", "sub/dir/x"]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("there is no folder sub/dir"), "{said}");
+    assert_contains(&said, "there is no folder sub/dir");
     assert!(!said.contains(".robhaz-"), "{said}");
 }
 
@@ -176,11 +176,7 @@ fn quiet_is_quiet() {
         [record]\nduration = 0.6\ncompare_from = 0.5\n[engine]\nkind = \"direct\"\n";
     fs::write(at.join("warns.toml"), warns).unwrap();
     let loud = run(at, &["run", "warns.toml", "--rerun", "off"]);
-    assert!(
-        text(&loud.stderr).contains("Warning"),
-        "{}",
-        text(&loud.stderr)
-    );
+    assert_contains(text(&loud.stderr), "Warning");
     for arguments in [
         ["--quiet", "run", "warns.toml", "--rerun", "off", "--force"],
         ["run", "warns.toml", "--rerun", "off", "--force", "-q"],

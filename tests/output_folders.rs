@@ -1,6 +1,6 @@
 //! Output folders of runs: what may be replaced, and what is left alone.
 
-use crate::support::{robhaz, short_scene, text};
+use crate::support::{assert_contains, robhaz, short_scene, text};
 use robhaz_scene::ControlKind;
 use std::fs;
 
@@ -19,11 +19,7 @@ fn an_existing_folder_is_safe() {
         }
         let output = command.output().unwrap();
         assert!(!output.status.success());
-        assert!(
-            text(&output.stderr).contains("precious"),
-            "{}",
-            text(&output.stderr)
-        );
+        assert_contains(text(&output.stderr), "precious");
         assert_eq!(
             fs::read_to_string(dir.path().join("precious/thesis.txt")).unwrap(),
             "years"
@@ -39,11 +35,7 @@ fn an_existing_folder_is_safe() {
     assert!(run(&[]).status.success());
     let refused = run(&[]);
     assert!(!refused.status.success());
-    assert!(
-        text(&refused.stderr).contains("--force"),
-        "{}",
-        text(&refused.stderr)
-    );
+    assert_contains(text(&refused.stderr), "--force");
     assert!(run(&["--force", "--format", "csv"]).status.success());
     let run = dir.path().join("runs/short");
     assert!(run.join("truth.csv").exists() && !run.join("truth.parquet").exists());
@@ -85,11 +77,7 @@ fn output_folders_are_distinguished() {
     )
     .unwrap();
     let refused = run("b", &[]);
-    assert!(
-        text(&refused.stderr).contains("b.partial"),
-        "{}",
-        text(&refused.stderr)
-    );
+    assert_contains(text(&refused.stderr), "b.partial");
     assert!(run("b", &["--force"]).status.success());
 
     // A user's note in a run's folder, and a user's own scene, stop --force.
@@ -156,16 +144,13 @@ fn force_removes_only_what_a_run_wrote() {
     // What is found is said as it is.
     fs::write(dir.path().join("file"), "x").unwrap();
     let said = run("file").1;
-    assert!(
-        said.contains("file is a file, not the folder of a run"),
-        "{said}"
-    );
+    assert_contains(&said, "file is a file, not the folder of a run");
     fs::create_dir(dir.path().join("own")).unwrap();
     fs::write(dir.path().join("own/scene.toml"), "").unwrap();
     let said = run("own").1;
-    assert!(
-        said.contains("own has no scene.toml or log.toml that a run has written"),
-        "{said}"
+    assert_contains(
+        &said,
+        "own has no scene.toml or log.toml that a run has written",
     );
     #[cfg(unix)]
     {
@@ -221,13 +206,13 @@ fn a_run_in_progress_is_left_alone() {
         .output()
         .unwrap();
     let said = text(&second.stderr);
-    assert!(said.contains("another run is writing"), "{said}");
+    assert_contains(&said, "another run is writing");
     fs::create_dir(dir.path().join("a")).unwrap();
     fs::write(dir.path().join("a/mine"), "years").unwrap();
     let ended = first.wait_with_output().unwrap();
     assert!(!ended.status.success());
     let said = text(&ended.stderr);
-    assert!(said.contains("the complete run is in a.partial"), "{said}");
+    assert_contains(&said, "the complete run is in a.partial");
     assert!(dir.path().join("a.partial/summary.json").exists());
     assert_eq!(
         fs::read_to_string(dir.path().join("a/mine")).unwrap(),
@@ -282,7 +267,7 @@ fn a_start_that_fails_leaves_no_folder() {
             .filter(|w| *w != "│")
             .collect::<Vec<_>>()
             .join(" ");
-        assert!(said.contains(reason), "{said}");
+        assert_contains(&said, reason);
         assert!(!said.contains("broke off"), "{said}");
         assert!(!dir.path().join("runs").exists(), "{set}");
     }

@@ -1,6 +1,6 @@
 //! The command `robhaz run`: what it leaves behind, and what it says when a run breaks off.
 
-use crate::support::{robhaz, root, short_scene, text};
+use crate::support::{assert_contains, robhaz, root, short_scene, text};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
@@ -175,10 +175,8 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
         .unwrap();
     assert!(!output.status.success());
     let said = text(&output.stderr);
-    assert!(
-        said.contains("has turned over") && said.contains("short.partial"),
-        "{said}"
-    );
+    assert_contains(&said, "has turned over");
+    assert_contains(&said, "short.partial");
     assert!(!dir.path().join("runs/short").exists());
     let table = fs::read_to_string(dir.path().join("runs/short.partial/truth.csv")).unwrap();
     assert!(table.starts_with("time,"));
@@ -193,16 +191,14 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     }
     let said = text(&command.output().unwrap().stderr);
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains("short broke off at"), "{said}");
+    assert_contains(&said, "short broke off at");
     let compared = robhaz(dir.path())
         .args(["compare", "steep.partial"])
         .output()
         .unwrap();
     let shown = text(&compared.stdout);
-    assert!(
-        shown.contains("steep.partial broke off at") && shown.contains("turned over"),
-        "{shown}"
-    );
+    assert_contains(&shown, "steep.partial broke off at");
+    assert_contains(&shown, "turned over");
 }
 
 /// A robot that is stuck is reported at the end of its run and in its summary.
@@ -226,10 +222,7 @@ fn a_stuck_robot_is_reported() {
         .unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     let shown = text(&output.stdout);
-    assert!(
-        shown.contains("stairs: the robot is STUCK since 6.2 s"),
-        "{shown}"
-    );
+    assert_contains(&shown, "stairs: the robot is STUCK since 6.2 s");
     let summary = fs::read_to_string(dir.path().join("out/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let since = summary["progress"]["stuck_since_s"].as_f64().unwrap();
@@ -315,13 +308,13 @@ fn runs_out_of_range_stop_with_a_reason() {
                 engine,
             ];
             let said = run(&format!("{start}-{engine}"), &sets);
-            assert!(said.contains(expected), "{said}");
+            assert_contains(&said, expected);
         }
         let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg", engine];
         // Starts that fail leave no folder.
         assert!(fs::read_dir(dir.path()).unwrap().count() <= 2);
         let said = run(&format!("steep-{engine}"), &steep);
-        assert!(said.contains("turned over"), "{said}");
+        assert_contains(&said, "turned over");
     }
 }
 
@@ -348,7 +341,7 @@ fn the_last_lines_tell_the_time_of_the_whole_command_and_how_to_see_the_run() {
     let [whole, simulation] = numbers[..] else {
         panic!("{last}");
     };
-    assert!(last.contains("the whole command took"), "{last}");
+    assert_contains(last, "the whole command took");
     // Rounded to 0.01 s each.
     assert!(whole + 0.02 > simulation && simulation > 0.0, "{last}");
 }

@@ -1,7 +1,7 @@
 //! The command `robhaz study` on study files: the same dataset whatever happens on the way.
 #![cfg(unix)]
 
-use crate::support::{robhaz, text};
+use crate::support::{assert_contains, robhaz, text};
 use std::fs;
 use std::path::Path;
 use std::process::{Output, Stdio};
@@ -85,7 +85,7 @@ fn kills_and_shards_leave_the_same_dataset() {
         dir.path(),
         &["study", "study.toml", "--out", "killed", "--jobs", "3"],
     );
-    assert!(said.contains(" of 500 runs computed in "), "{said}");
+    assert_contains(&said, " of 500 runs computed in ");
     assert!(
         !said.contains("500 of 500"),
         "finished runs were repeated: {said}"
@@ -99,20 +99,20 @@ fn kills_and_shards_leave_the_same_dataset() {
         let shard = format!("{part}/3");
         let study = ["study", "study.toml", "--out", "parts", "--jobs", part];
         let said = succeed(dir.path(), &[&study[..], &["--shard", &shard]].concat());
-        assert!(said.contains("This part is complete"), "{said}");
+        assert_contains(&said, "This part is complete");
         assert!(!dir.path().join("parts/study.parquet").exists());
     }
     let said = succeed(dir.path(), &["study", "study.toml", "--out", "parts"]);
-    assert!(said.contains("All 500 runs are done."), "{said}");
+    assert_contains(&said, "All 500 runs are done.");
     assert!(dataset(dir.path(), "parts") == whole);
     // A finished folder stays as it is.
     let said = succeed(dir.path(), &["study", "study.toml", "--out", "parts"]);
-    assert!(said.contains("All 500 runs are done."), "{said}");
+    assert_contains(&said, "All 500 runs are done.");
     // What no shard has computed is computed.
     let second = ["study", "study.toml", "--out", "part", "--shard", "2/3"];
     succeed(dir.path(), &second);
     let said = succeed(dir.path(), &["study", "study.toml", "--out", "part"]);
-    assert!(said.contains("333 of 500 runs computed in "), "{said}");
+    assert_contains(&said, "333 of 500 runs computed in ");
     assert!(dataset(dir.path(), "part") == whole);
     // The tables of run 3 came along.
     for folder in ["alone", "killed", "parts"] {
@@ -136,7 +136,7 @@ fn a_changed_study_is_refused() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3\n");
     let study_of = ["study", "study.toml", "--out", "out"];
     let said = succeed(dir.path(), &study_of);
-    assert!(said.contains("3 of 3 runs computed"), "{said}");
+    assert_contains(&said, "3 of 3 runs computed");
     let whole = dataset(dir.path(), "out");
     assert!(succeed(dir.path(), &study_of).contains("All 3 runs are done."));
     let edits = [
@@ -191,10 +191,8 @@ fn an_interrupted_study_goes_on() {
     let output = child.wait_with_output().unwrap();
     let error = text(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{error}");
-    assert!(
-        error.contains("stopped by Ctrl-C") && error.contains("of 3000 runs are done"),
-        "{error}"
-    );
+    assert_contains(&error, "stopped by Ctrl-C");
+    assert_contains(&error, "of 3000 runs are done");
     let lines = fs::read_to_string(&journal).unwrap();
     assert!(lines.ends_with('\n') && error.contains(&format!("{} of 3000", lines.lines().count())));
 }
@@ -334,10 +332,8 @@ fn mistakes_in_a_study_name_their_place() {
     fs::remove_file(dir.path().join("scene.toml")).unwrap();
     let output = run(dir.path(), &["study", "study.toml"]);
     let error = text(&output.stderr);
-    assert!(
-        error.contains("study.toml:1: scene") && error.contains("cannot be read"),
-        "{error}"
-    );
+    assert_contains(&error, "study.toml:1: scene");
+    assert_contains(&error, "cannot be read");
     let output = run(dir.path(), &["study", "study.toml", "--shard", "3/2"]);
     assert!(text(&output.stderr).contains("I from 1 to N"));
 }
@@ -398,11 +394,8 @@ fn a_failing_run_does_not_stop_the_others() {
     };
     let dir = study(&axes("[0.04, 0.08]"));
     let said = succeed(dir.path(), &["study", "study.toml", "--out", "out"]);
-    assert!(said.contains("4 of 4 runs computed"), "{said}");
-    assert!(
-        said.contains("1 of them failed: see the column error."),
-        "{said}"
-    );
+    assert_contains(&said, "4 of 4 runs computed");
+    assert_contains(&said, "1 of them failed: see the column error.");
     // Where no run can succeed the study is refused.
     let dir = study(&axes("[0.04, 0.05]").replace("[0.02, 0.06]", "[0.06, 0.07]"));
     let output = run(dir.path(), &["study", "study.toml", "--out", "out"]);
@@ -456,7 +449,7 @@ fn runs_that_differ_in_sensors_alone_share_their_truth() {
     assert!(plan(&(seen + &rates), "").contains("96 runs of 0.04 s; at least 2 simulated"));
     let closed = "set = [\"drive.kind=shared\", \"drive.estimator=kalman\"]\n";
     let said = plan(&axis("seed", "[1, 2, 3]"), closed);
-    assert!(said.contains("3 runs of 0.04 s; each simulated."), "{said}");
+    assert_contains(&said, "3 runs of 0.04 s; each simulated.");
 }
 
 /// Options that a study file or a scene does not take are refused.

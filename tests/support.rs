@@ -81,6 +81,13 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// Fails with the whole text unless it has this part.
+#[track_caller]
+pub fn assert_contains(text: impl AsRef<str>, part: impl AsRef<str>) {
+    let (text, part) = (text.as_ref(), part.as_ref());
+    assert!(text.contains(part), "not there: {part}\n{text}");
+}
+
 /// The commands that a page of docs/ shows, a line each: all lines of its blocks `sh`.
 pub fn page_commands(page: &str) -> Vec<String> {
     let text = std::fs::read_to_string(root().join("docs").join(page)).unwrap();

@@ -1,6 +1,6 @@
 //! The command `robhaz verify`.
 
-use crate::support::{robhaz, short_scene, text};
+use crate::support::{assert_contains, robhaz, short_scene, text};
 
 /// `verify` prints a verdict a line and succeeds where all hold; a run that it cannot keep in
 /// memory is refused.
@@ -23,11 +23,7 @@ fn verify_prints_a_verdict_a_line() {
         .output()
         .unwrap();
     assert!(!output.status.success());
-    assert!(
-        text(&output.stderr).contains("500000"),
-        "{}",
-        text(&output.stderr)
-    );
+    assert_contains(text(&output.stderr), "500000");
 }
 
 /// A reader of `verify` that goes away is no error, and an engine that stops does not hide what the

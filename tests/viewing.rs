@@ -1,6 +1,6 @@
 //! The commands `robhaz view` and `robhaz run --rerun`.
 
-use crate::support::root;
+use crate::support::{assert_contains, root};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -41,11 +41,7 @@ fn view_needs_a_recording_and_says_how_to_get_one() {
     assert!(!dir.path().join("runs/flat/run.rrd").exists());
     let view = robhaz(dir.path(), &["view", "runs/flat"]).output().unwrap();
     assert!(!view.status.success());
-    assert!(
-        said(&view).contains("without `--rerun off`"),
-        "{}",
-        said(&view)
-    );
+    assert_contains(said(&view), "without `--rerun off`");
 }
 
 /// Without a viewer the error states the command that installs it, and no file is left behind.
@@ -65,7 +61,7 @@ fn a_missing_viewer_is_an_error_that_says_how_to_install_it() {
             .unwrap();
         assert!(!output.status.success(), "{arguments:?}");
         let said = said(&output);
-        assert!(said.contains("pip install rerun-sdk==0.36.3"), "{said}");
+        assert_contains(&said, "pip install rerun-sdk==0.36.3");
     }
     assert!(!dir.path().join("shot.png").exists());
 }

@@ -6,6 +6,7 @@
 //! not be blamed.
 
 use super::common::{Failure, SOFT, checked, readings, scene};
+use crate::support::assert_contains;
 use rayon::prelude::*;
 use robhaz_estimator::{
     Channels, Confirmation, Estimator, EstimatorSettings, Flags, SensorFrame, Sides, TorqueScale,
@@ -198,7 +199,7 @@ fn level_ground_cannot_tell() -> Result<(), Failure> {
             "{factor}: {}",
             found.figure
         );
-        assert!(found.figure.contains("level ground"), "{}", found.figure);
+        assert_contains(&found.figure, "level ground");
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 //! own rates.
 
 use super::recorded::{estimate, estimated, refused, summary};
-use crate::support::{columns, robhaz, root, text};
+use crate::support::{assert_contains, columns, robhaz, root, text};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -124,29 +124,19 @@ fn a_log_of_the_body_gives_forces() {
     };
     let description = std::fs::read_to_string(folder.join("mine.toml")).unwrap();
     let honest = check(&description);
-    assert!(honest.contains("0 with a fault"), "{honest}");
+    assert_contains(&honest, "0 with a fault");
     let pin = check(&description.replace("offset = 2", "offset = -2, sign = \"-\""));
-    assert!(
-        pin.contains("turn round sign of reading.pin_angle"),
-        "{pin}"
-    );
+    assert_contains(&pin, "turn round sign of reading.pin_angle");
 
     // Readings of links and body do not go together; without the pin it is named.
     let both = description.clone() + "link1_rate = { channel = \"body\", column = \"gyro\" }\n";
     std::fs::write(folder.join("both.toml"), both).unwrap();
     let error = refused(folder, &["run", "--sensors", "both.toml"]);
-    assert!(
-        error.contains("readings of the links and of the body"),
-        "{error}"
-    );
+    assert_contains(&error, "readings of the links and of the body");
     let without: Vec<&str> = description.lines().filter(|l| !l.contains("pot")).collect();
     std::fs::write(folder.join("without.toml"), without.join("\n")).unwrap();
     let output = estimate(folder, &["run", "--sensors", "without.toml"]);
-    assert!(
-        text(&output.stderr).contains("pin_angle"),
-        "{}",
-        text(&output.stderr)
-    );
+    assert_contains(text(&output.stderr), "pin_angle");
 }
 
 /// Rates of links that are made of a pin's angle lag behind their inclinations as their filter does: the
@@ -166,5 +156,5 @@ fn the_exported_table_of_a_rover_has_no_fault() {
     done(&[&["run", rover], &engine[..]].concat());
     done(&["export", "run", "--to", "csv"]);
     let said = done(&["check", "run.csv", "--robot", rover]);
-    assert!(said.contains("0 with a fault"), "{said}");
+    assert_contains(&said, "0 with a fault");
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::float_cmp, reason = "the same bits")]
 
 use super::recorded::{estimated, summary};
-use crate::support::{columns, robhaz, root, text};
+use crate::support::{assert_contains, columns, robhaz, root, text};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
 use robhaz_scene::LogChoice;
@@ -165,12 +165,12 @@ fn the_command_estimates_six_wheels() {
         assert!(nrmse < 0.03, "{errors}: {nrmse}");
         assert!(coverage > 0.9, "{errors}: {coverage}");
         let line = format!("N {words}: NRMSE {:.2} %", 100.0 * nrmse);
-        assert!(said.contains(&line), "{said}");
+        assert_contains(&said, &line);
     }
     for name in ["kalman-left", "kalman-right"] {
         let means = &summary(&folder.path().join("out"))["estimators"][name]["means"];
         assert!(means["normal_force"][1].as_f64().unwrap() > 20.0, "{means}");
-        assert!(said.contains(name), "{said}");
+        assert_contains(&said, name);
         let figure = folder
             .path()
             .join(format!("out/figures/normal_force_{name}.svg"));
@@ -205,11 +205,11 @@ fn noise_that_is_not_stated_is_that_of_the_log() {
     let output = robhaz(measured.path()).args(args).args(more).output();
     let said = text(&output.unwrap().stderr);
     let line = "the noise of the pins' angles is 0.11 deg, measured; budget.pin_noise is 0.04 deg";
-    assert!(said.contains(line), "{said}");
+    assert_contains(&said, line);
     let apart = difference(&wanted, &forces(measured.path(), "out"));
     assert!(apart < 0.3, "{apart}");
     let (_, said) = checked(measured.path(), &log);
-    assert!(said.contains("white noise while driving"), "{said}");
+    assert_contains(&said, "white noise while driving");
 }
 
 /// A truth as fast as the log is compared with at every frame, whatever the stamps err by: interpolated, N errs as with
@@ -260,7 +260,7 @@ fn every_frame_has_its_truth() {
         "--truth", &slow, "--out", "out", "--force", "--rerun", "off",
     ]);
     let said = text(&command.output().unwrap().stderr);
-    assert!(said.contains("of the 175 frames that count"), "{said}");
+    assert_contains(&said, "of the 175 frames that count");
 }
 
 /// The torques against the weight of the rover: in table and summary, and their ratio is 1 within three of its
@@ -273,7 +273,7 @@ fn the_weight_of_the_rover_is_compared_with_the_torques() {
     let scale = summary(&path.join("out"))["both"]["torque_scale"].clone();
     let [ratio, sigma] = ["ratio", "sigma"].map(|key| scale[key].as_f64().unwrap());
     assert!((ratio - 1.0).abs() < 3.0 * sigma, "{scale}");
-    assert!(said.contains(scale["words"].as_str().unwrap()), "{said}");
+    assert_contains(&said, scale["words"].as_str().unwrap());
     let weight = &forces(path, "out")["weight"];
     let state = ["contradicts", "unconfirmed", "confirmed"];
     let last = state[(weight.last().unwrap() + 1.0) as usize];

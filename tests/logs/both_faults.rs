@@ -4,7 +4,7 @@ use super::both::{
     BUDGET, checked, difference, drive, estimate, fixture, folder, forces, rewritten, robot,
 };
 use super::recorded::{refused, summary};
-use crate::support::{robhaz, text};
+use crate::support::{assert_contains, robhaz, text};
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -197,7 +197,7 @@ fn an_estimate_says_that_readings_contradict_each_other() {
         std::fs::write(&wrong, log).unwrap();
         let (is_stated, said) = first(&wrong);
         assert!(is_stated && said.contains(expected), "{expected}: {said}");
-        assert!(said.contains("`robhaz check`"), "{said}");
+        assert_contains(&said, "`robhaz check`");
     }
     // Motors that are mounted mirror-wise: the right wheels count backwards.
     let right = fixture("readings.csv");
@@ -355,10 +355,8 @@ fn what_no_rover_can_do_is_said_first() {
     let all = |name: &str| name.ends_with("motor_torque");
     changed(&log, &wrong, all, |_, x| 1000.0 * x);
     let (_, said) = checked(path, &wrong);
-    assert!(
-        said.contains("range of torques") && said.contains("torque_constant"),
-        "{said}"
-    );
+    assert_contains(&said, "range of torques");
+    assert_contains(&said, "torque_constant");
     for (names, change, said_first, remedy) in cases {
         let is = |name: &str| {
             names.contains(&name) || names == ["motor_torque"] && name.ends_with(names[0])
@@ -367,7 +365,7 @@ fn what_no_rover_can_do_is_said_first() {
         if names == ["body_roll"] {
             let (log, robot) = (wrong.to_str().unwrap(), robot());
             let said = refused(path, &[log, "--robot", &robot, "--sensors", "mine.toml"]);
-            assert!(said.contains(said_first), "{said}");
+            assert_contains(&said, said_first);
         } else {
             let said = estimate(path, &wrong, &["--out", "out", "--force"]);
             let first = said.lines().next().unwrap();
@@ -421,7 +419,7 @@ fn encoders_in_degrees_are_the_only_cause() {
     let is_cause =
         |line: &&str| line.contains("acceleration") || line.contains("encoders, torques");
     assert!(!is_right && faults.iter().all(is_cause), "{said}");
-    assert!(said.contains("in their units"), "{said}");
+    assert_contains(&said, "in their units");
 }
 
 /// Parts of a correct drive, from its start, and in motion, have no fault.

@@ -1,7 +1,7 @@
 //! A recorded run gives the estimates and errors of the run, in every format.
 
 use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded, summary};
-use crate::support::{robhaz, root, text};
+use crate::support::{assert_contains, robhaz, root, text};
 
 /// Equivalence: the folder of a run, its table alone, and the estimate's own folder give the run's
 /// estimates to the bit, as Parquet and as CSV, with lost readings and model errors.
@@ -16,10 +16,7 @@ fn a_recorded_run_gives_its_own_estimates_to_the_bit() {
             .collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let printed = estimated(folder.path(), &["run", "--format", format]);
-        assert!(
-            printed.contains("Results in runs/run-estimate"),
-            "{printed}"
-        );
+        assert_contains(&printed, "Results in runs/run-estimate");
         let first = folder.path().join("runs/run-estimate");
         assert_same_files(&run, &first, &names);
         // The folder of an estimate is a log as well.
@@ -92,10 +89,7 @@ fn a_run_with_unrecorded_readings_is_reported() {
     let output = estimate(folder.path(), &["run"]);
     assert!(output.status.success());
     let warning = text(&output.stderr);
-    assert!(
-        warning.contains("recorded every 10th reading only"),
-        "{warning}"
-    );
+    assert_contains(&warning, "recorded every 10th reading only");
 }
 
 /// An exported MCAP file says which robot drove and what is known of its sensors: without a
@@ -120,7 +114,7 @@ fn an_exported_log_carries_its_robot() {
     run(&[&["run", scene.to_str().unwrap()], &short[..], &out].concat());
     assert_eq!(run(&["export", "run", "--to", "mcap"]), "");
     let warning = run(&["export", "run", "--to", "csv"]);
-    assert!(warning.contains("no place for the robot"), "{warning}");
+    assert_contains(&warning, "no place for the robot");
     estimated(at, &["run.mcap", "--out", "mcap"]);
     assert_same_files(
         &at.join("run"),
@@ -147,11 +141,7 @@ fn exported_logs_give_the_same_estimates() {
             .output()
             .unwrap();
         assert!(output.status.success(), "{}", text(&output.stderr));
-        assert!(
-            text(&output.stdout).contains("2501 rows"),
-            "{}",
-            text(&output.stdout)
-        );
+        assert_contains(text(&output.stdout), "2501 rows");
         estimated(folder.path(), &["run", "--out", "direct", "--force"]);
         let log = format!("run.{format}");
         let args = [
@@ -167,11 +157,7 @@ fn exported_logs_give_the_same_estimates() {
             .args(["export", "run", "--to", format])
             .output()
             .unwrap();
-        assert!(
-            text(&again.stderr).contains("exists"),
-            "{}",
-            text(&again.stderr)
-        );
+        assert_contains(text(&again.stderr), "exists");
     }
 }
 
@@ -234,15 +220,10 @@ fn a_cut_table_of_forces_is_left_out_of_an_export() {
             .unwrap();
         let said = text(&output.stderr);
         assert!(output.status.success(), "{said}");
-        assert!(
-            said.contains("left out: run/truth.parquet cannot be read"),
-            "{said}"
-        );
+        assert_contains(&said, "left out: run/truth.parquet cannot be read");
         let printed = text(&output.stdout);
-        assert!(
-            printed.contains("2501 rows") && printed.contains("kalman"),
-            "{printed}"
-        );
+        assert_contains(&printed, "2501 rows");
+        assert_contains(&printed, "kalman");
         assert!(!printed.contains("truth"), "{printed}");
     }
 }

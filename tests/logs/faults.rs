@@ -1,7 +1,7 @@
 //! Faults of logs: what is usable is estimated and counted, the rest is an error with its place.
 
 use super::recorded::{estimate, estimated, recorded, refused, summary};
-use crate::support::robhaz;
+use crate::support::{assert_contains, robhaz};
 use std::path::Path;
 
 /// A log of a run at rest and slow, as lines of text: the names, then the rows.
@@ -31,7 +31,7 @@ fn faults_that_leave_the_rest_usable_are_counted() {
     text.truncate(text.len() - 30);
     std::fs::write(folder.path().join("log.csv"), text).unwrap();
     let printed = estimated(folder.path(), &["log.csv"]);
-    assert!(printed.contains("CUT OFF"), "{printed}");
+    assert_contains(&printed, "CUT OFF");
     let found = summary(&folder.path().join("runs/log-estimate"));
     let channel = &found["log"]["channels"][0];
     assert_eq!(channel["duplicates"], 1);
@@ -61,10 +61,8 @@ fn the_head_of_a_table_is_checked() {
     write("twice.csv", &twice);
     let error = refused(folder.path(), &["twice.csv"]);
     let place = "line 1, column 17: found the name wheel1_angle again";
-    assert!(
-        error.contains(place) && error.contains("column 2 has it"),
-        "{error}"
-    );
+    assert_contains(&error, place);
+    assert_contains(&error, "column 2 has it");
 
     let mut commented = rows.clone();
     commented.insert(0, "# rover 7, \"gravel\"".to_owned());
@@ -82,21 +80,18 @@ fn the_head_of_a_table_is_checked() {
     commented[800] = "abc".to_owned() + &commented[800];
     write("commented.csv", &commented);
     let error = refused(folder.path(), &["commented.csv"]);
-    assert!(error.contains("line 801, column time"), "{error}");
+    assert_contains(&error, "line 801, column time");
     commented[2] = format!("# {}", commented[2]);
     write("commented.csv", &commented);
     let error = refused(folder.path(), &["commented.csv"]);
-    assert!(error.contains("line 4 has numbers, not names"), "{error}");
+    assert_contains(&error, "line 4 has numbers, not names");
     #[cfg(unix)]
     {
         let pipe = folder.path().join("pipe.csv");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.unwrap().success());
         let error = refused(folder.path(), &["pipe.csv"]);
-        assert!(
-            error.contains("pipe.csv: found a folder, pipe or device"),
-            "{error}"
-        );
+        assert_contains(&error, "pipe.csv: found a folder, pipe or device");
     }
 }
 
@@ -201,14 +196,11 @@ fn a_truth_that_cannot_be_used_says_why() {
         folder.path(),
         &["run", "--truth", "volt.csv", "--out", "refused"],
     );
-    assert!(
-        error.contains("has the unit V, allowed: N or kN"),
-        "{error}"
-    );
+    assert_contains(&error, "has the unit V, allowed: N or kN");
     let output = super::recorded::estimate(folder.path(), &["run", "--truth", "some.csv"]);
     let said = crate::support::text(&output.stderr);
     assert!(output.status.success(), "{said}");
-    assert!(said.contains("for wheel2_normal_force in 1500"), "{said}");
+    assert_contains(&said, "for wheel2_normal_force in 1500");
     assert!(crate::support::text(&output.stdout).contains("Errors count from 1 s on"));
 }
 
@@ -232,10 +224,8 @@ fn a_killed_recording_is_estimated_as_far_as_it_goes() {
     )
     .unwrap();
     let printed = estimated(folder.path(), &["cut.mcap"]);
-    assert!(
-        printed.contains("CUT OFF") && printed.contains("was killed"),
-        "{printed}"
-    );
+    assert_contains(&printed, "CUT OFF");
+    assert_contains(&printed, "was killed");
     let rows = summary(&folder.path().join("runs/cut-estimate"))["log"]["channels"][0]["rows"]
         .as_u64()
         .unwrap();
@@ -262,7 +252,7 @@ fn a_faulty_table_is_left_out_of_an_export() {
         let said = crate::support::text(&output.stderr);
         assert!(output.status.success(), "{said}");
         let place = "left out: run/estimate-kalman.csv, line 1001, column wheel2_normal_force: found \"suspect";
-        assert!(said.contains(place), "{said}");
+        assert_contains(&said, place);
         let parts = crate::support::text(&output.stdout);
         assert!(
             parts.contains("2501 rows") && parts.contains("truth") && !parts.contains("kalman "),
@@ -294,7 +284,7 @@ fn a_log_without_an_estimate_says_so() {
     );
     assert!(!output.status.success());
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("No estimator has an estimate"), "{said}");
+    assert_contains(&said, "No estimator has an estimate");
     assert!(!said.contains("Without truth"), "{said}");
     let mut report = robhaz(folder.path());
     let made = report.args(["report", "runs/upside-estimate"]).status();

@@ -1,7 +1,7 @@
 //! Logs of other sources: standard messages, and tables with clocks, rates and units of their own.
 
 use super::recorded::{estimated, recorded, refused, summary};
-use crate::support::{robhaz, root};
+use crate::support::{assert_contains, robhaz, root};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -234,7 +234,7 @@ fn topics_with_two_clocks_are_brought_onto_one_time() {
     }
     std::fs::write(folder.join("none.toml"), example.replace("\"-2 ms\"", "0")).unwrap();
     let error = refused(folder, &["two.mcap", "--sensors", "none.toml"]);
-    assert!(error.contains("no row in common"), "{error}");
+    assert_contains(&error, "no row in common");
 }
 
 /// A copy of an exported run in which each message of `/joint_states` is three of one wheel each,
@@ -307,19 +307,16 @@ fn joints_in_messages_of_their_own_are_read() {
     };
     estimate("run", "one.toml");
     let printed = estimate("split", "one.toml");
-    assert!(
-        printed.contains("joints: 2501 rows at 1000 Hz"),
-        "{printed}"
-    );
+    assert_contains(&printed, "joints: 2501 rows at 1000 Hz");
     let printed = estimate("apart", "three.toml");
     for channel in ["joints", "middle", "rear"] {
         let rows = format!("{channel}: 2501 rows at 1000 Hz");
-        assert!(printed.contains(&rows), "{printed}");
+        assert_contains(&printed, &rows);
     }
     let printed = estimate("own", "one.toml");
     for wheel in ["wheel1", "wheel2", "wheel3"] {
         let rows = format!("joints, {wheel}_angle: 2501 rows at 1000 Hz");
-        assert!(printed.contains(&rows), "{printed}");
+        assert_contains(&printed, &rows);
     }
     let table = |log: &str| folder.join(format!("of-{log}/estimate-kalman.csv"));
     // 20 and 40 us later they are of the next frame, moved to its time along straight lines, which averages the noise of
@@ -381,10 +378,10 @@ fn publishers_that_share_a_topic_are_told_apart() {
     copy("two.mcap", "/imu/link1", b"link1\0", b"camra\0", true);
     let error = refused(folder, &["two.mcap", "--sensors", "any.toml"]);
     let words = "state frame = \"link1\" or \"camra\" in its [[channel]]";
-    assert!(error.contains(words), "{error}");
+    assert_contains(&error, words);
     let error = refused(folder, &["two.mcap", "--sensors", "other.toml"]);
     let words = "no message with the frame_id \"other\" of the topic /imu/link1, found: \"camra\", \"link1\"";
-    assert!(error.contains(words), "{error}");
+    assert_contains(&error, words);
     for (log, sensors) in [("run", "any"), ("two", "link1")] {
         let (out, log) = (format!("of-{log}"), format!("{log}.mcap"));
         let sensors = format!("{sensors}.toml");
@@ -406,10 +403,7 @@ fn publishers_that_share_a_topic_are_told_apart() {
         false,
     );
     let error = refused(folder, &["twice.mcap", "--sensors", "any.toml"]);
-    assert!(
-        error.contains("a message has wheel1.position twice"),
-        "{error}"
-    );
+    assert_contains(&error, "a message has wheel1.position twice");
 }
 
 /// Two tables with clocks, rates, units and signs of their own give estimates as accurate as the
@@ -464,11 +458,8 @@ fn two_clocks_are_brought_onto_one_time() {
     std::fs::write(folder.path().join("two.toml"), description).unwrap();
     let args = ["log", "--sensors", "two.toml", "--truth", "run/truth.csv"];
     let printed = estimated(folder.path(), &args);
-    assert!(
-        printed.contains("joints: 2501 rows at 1000 Hz"),
-        "{printed}"
-    );
-    assert!(printed.contains("imus: 1251 rows at 500 Hz"), "{printed}");
+    assert_contains(&printed, "joints: 2501 rows at 1000 Hz");
+    assert_contains(&printed, "imus: 1251 rows at 500 Hz");
     let found = summary(&folder.path().join("runs/log-estimate"));
     // Half of the frames have no new inclination.
     assert_eq!(found["log"]["missing"]["link1_inclination"], 1250);
@@ -485,8 +476,6 @@ fn two_clocks_are_brought_onto_one_time() {
     )
     .unwrap();
     let error = refused(folder.path(), &["log", "--sensors", "bad.toml"]);
-    assert!(
-        error.contains("imus") && error.contains("`offset`"),
-        "{error}"
-    );
+    assert_contains(&error, "imus");
+    assert_contains(&error, "`offset`");
 }

@@ -1,7 +1,7 @@
 //! What a log without a channel, of a parked robot, or a wrong unit is said to be, and no more.
 
 use crate::readings::level_drive::{DESCRIPTION, LevelDrive, check, estimate};
-use crate::support::{robhaz, text};
+use crate::support::{assert_contains, robhaz, text};
 use std::fs;
 use std::path::Path;
 
@@ -31,10 +31,8 @@ fn a_dead_channel_has_one_finding() {
             let [fault] = faults[..] else {
                 panic!("{column} {value}: {said}");
             };
-            assert!(
-                fault.contains(column) && fault.contains("601 frames"),
-                "{fault}"
-            );
+            assert_contains(fault, column);
+            assert_contains(fault, "601 frames");
             let of_channel = said.lines().filter(|line| line.contains(channel)).count();
             assert_eq!(of_channel, 1, "{column} {value}: {said}");
             let estimated = estimate(folder);
@@ -42,7 +40,7 @@ fn a_dead_channel_has_one_finding() {
                 let error = text(&estimated.stderr);
                 assert!(!estimated.status.success(), "{column}");
                 let part = format!("{column} has no value in 601 rows");
-                assert!(error.contains(&part), "{error}");
+                assert_contains(&error, &part);
             }
         }
     }
@@ -56,10 +54,7 @@ fn a_dead_channel_has_one_finding() {
         "{said}"
     );
     let warned = text(&estimate(folder).stderr);
-    assert!(
-        warned.contains("wheel3_motor_torque is 0 in the whole log"),
-        "{warned}"
-    );
+    assert_contains(&warned, "wheel3_motor_torque is 0 in the whole log");
 }
 
 /// All encoders at 0 while torques and gyroscopes move are dead, and no zero follows from a rest that was none; of a
@@ -127,7 +122,7 @@ fn a_torque_that_repeats_its_value_says_why() {
         !fault.contains("saturated") && !fault.contains("again"),
         "{said}"
     );
-    assert!(said.contains("at its limit of"), "{said}");
+    assert_contains(&said, "at its limit of");
     let (fault, said) = of(&|k, x| if k > 150 && k % 100 < 50 { 0.0 } else { x });
     assert!(
         fault.contains("reads 0.0000 again and again, 4 times"),
@@ -169,7 +164,7 @@ fn an_estimate_without_a_force_is_an_error() {
     let output = estimate(folder);
     assert!(!output.status.success());
     let error = text(&output.stderr);
-    assert!(error.contains("no estimator found a force"), "{error}");
+    assert_contains(&error, "no estimator found a force");
 }
 
 /// Encoders of a parked robot that tick together are no column twice; those of a drive are.

@@ -1,7 +1,7 @@
 //! The instant of a reading: stamps that err, drives with stamps of their own.
 
 use super::level_drive::{LevelDrive, check, estimate, in_the_plane, largest_error, normal};
-use crate::support::{robhaz, text};
+use crate::support::{assert_contains, robhaz, text};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -43,11 +43,7 @@ fn errors_of_a_millisecond_are_measured_and_count(mut stamp: impl FnMut(f64) -> 
         "{remedy}"
     );
     let estimated = estimate(folder);
-    assert!(
-        text(&estimated.stderr).contains("the measured one counts"),
-        "{}",
-        text(&estimated.stderr)
-    );
+    assert_contains(text(&estimated.stderr), "the measured one counts");
     let written = fs::read_to_string(folder.join("out/log.toml")).unwrap();
     let jitter = written
         .lines()
@@ -167,9 +163,9 @@ fn drives_with_stamps_of_their_own_give_the_forces() {
     let output = command.output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = text(&output.stdout);
-    assert!(
-        said.contains("ms old at the frames on average, moved to their times"),
-        "{said}"
+    assert_contains(
+        &said,
+        "ms old at the frames on average, moved to their times",
     );
     let error = largest_error(folder);
     assert!(error < 3.0, "{error}");
@@ -215,7 +211,7 @@ fn a_table_may_be_made_of_several() {
     let checked = check(folder);
     assert!(checked.status.success(), "{}", text(&checked.stdout));
     let estimated = text(&estimate(folder).stderr);
-    assert!(estimated.contains("was made of 2 tables"), "{estimated}");
+    assert_contains(&estimated, "was made of 2 tables");
     let error = largest_error(folder);
     assert!(error < 3.0, "{error}");
 }
@@ -275,7 +271,7 @@ fn rows_of_a_burst_count_at_even_times() {
     let checked = check(folder);
     let [printed, warned] = [&checked.stdout, &checked.stderr].map(|of| text(of));
     assert!(checked.status.success(), "{printed}");
-    assert!(warned.contains("in bursts of 5.0 in the mean"), "{warned}");
+    assert_contains(&warned, "in bursts of 5.0 in the mean");
     assert!(!printed.contains("gap(s)"), "{printed}");
     estimate(folder);
     let error = largest_error(folder);
@@ -301,7 +297,7 @@ fn angles_with_few_digits_have_the_counts_of_the_coarsest_part() {
     let checked = check(folder);
     assert!(checked.status.success(), "{}", text(&checked.stdout));
     let estimated = text(&estimate(folder).stderr);
-    assert!(estimated.contains("as their steps show"), "{estimated}");
+    assert_contains(&estimated, "as their steps show");
     let error = largest_error(folder);
     assert!(error < 5.0, "{error}");
 }

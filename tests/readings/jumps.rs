@@ -1,7 +1,7 @@
 //! Single wrong readings, and encoders that count from a new zero.
 
 use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate, in_the_plane, largest_error};
-use crate::support::text;
+use crate::support::{assert_contains, text};
 use std::fs;
 
 /// Largest error of N of a log with a change, and what `check` and `estimate` say.
@@ -42,9 +42,9 @@ fn a_single_wrong_angle_changes_nothing() {
         }
     });
     assert!(error < LIMIT, "{error}");
-    assert!(
-        checked.contains("at 2.500 s, +0.500 rad at 3.000 s, +0.500 rad at 4.500 s"),
-        "{checked}"
+    assert_contains(
+        &checked,
+        "at 2.500 s, +0.500 rad at 3.000 s, +0.500 rad at 4.500 s",
     );
 }
 
@@ -63,10 +63,8 @@ fn an_encoder_that_restarts_again_and_again_is_named() {
         fault.is_some_and(|line| line.starts_with("FAULT")),
         "{checked}"
     );
-    assert!(
-        checked.contains("was reset") && checked.contains("`wrap`"),
-        "{checked}"
-    );
+    assert_contains(&checked, "was reset");
+    assert_contains(&checked, "`wrap`");
     assert!(checked.ends_with("1 with a fault\n"), "{checked}");
 }
 
@@ -79,7 +77,7 @@ fn a_small_wrong_angle_is_named() {
         }
     });
     let named = "single wrong readings: +0.010 rad at 2.500 s, +0.010 rad at 3.000 s, +0.010 rad at 4.500 s";
-    assert!(checked.contains(named), "{checked}");
+    assert_contains(&checked, named);
     assert!(checked.ends_with("1 with a fault\n"), "{checked}");
 }
 
@@ -94,10 +92,7 @@ fn angles_that_start_anew_together_are_no_set_clock() {
             angles.iter_mut().for_each(|angle| *angle = wrapped(*angle));
         }
     });
-    assert!(
-        checked.contains("starts anew after a turn or an overflow"),
-        "{checked}"
-    );
+    assert_contains(&checked, "starts anew after a turn or an overflow");
     assert!(!checked.contains("clock was set"), "{checked}");
 }
 
@@ -110,11 +105,8 @@ fn an_encoder_that_restarts_is_named() {
             .for_each(|angle| *angle -= 2.0);
     });
     assert!(error < LIMIT, "{error}");
-    assert!(checked.contains("encoder 2"), "{checked}");
-    assert!(
-        checked.contains("a new zero: -2.000 rad at 4.000 s"),
-        "{checked}"
-    );
+    assert_contains(&checked, "encoder 2");
+    assert_contains(&checked, "a new zero: -2.000 rad at 4.000 s");
     assert!(!checked.contains("clock was set"), "{checked}");
 }
 
@@ -129,10 +121,7 @@ fn encoders_that_restart_together_are_no_set_clock() {
         }
     });
     assert!(error < LIMIT, "{error}");
-    assert!(
-        checked.contains("all encoders count from a new zero at 4.000 s"),
-        "{checked}"
-    );
+    assert_contains(&checked, "all encoders count from a new zero at 4.000 s");
     assert!(!checked.contains("clock was set"), "{checked}");
     assert!(checked.ends_with("1 with a fault\n"), "{checked}");
 }

@@ -4,7 +4,7 @@ use crate::readings::level_drive::{LevelDrive, largest_error};
 use crate::readings::messages::{
     IMU, JOINTS, START, Sample, Topics, at_rest, description, imu, inclined, joints, samples,
 };
-use crate::support::{robhaz, text};
+use crate::support::{assert_contains, robhaz, text};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
@@ -275,10 +275,8 @@ fn velocities_are_integrated() {
     is_right(folder.path(), "log.mcap");
     let said = text(&command(folder.path(), "estimate", "log.mcap").stderr);
     let notice = "wheel1_angle is the integral of front.velocity, a speed";
-    assert!(
-        said.contains(notice) && said.contains("counts a turn"),
-        "{said}"
-    );
+    assert_contains(&said, notice);
+    assert_contains(&said, "counts a turn");
 }
 
 /// A sensor that hangs upside down shows 180 deg from both sides: `check` names the axis, and with it, or with sign and
@@ -307,7 +305,7 @@ fn a_sensor_may_hang_upside_down() {
             !output.status.success() && said.contains("up = \"-z\" of imu.link1"),
             "{said}"
         );
-        assert!(said.contains("2 with a fault"), "{said}");
+        assert_contains(&said, "2 with a fault");
         let keys = format!("{key}\nup = \"-z\"");
         fs::write(folder.path().join("d.toml"), description(&keys, "")).unwrap();
         is_right(folder.path(), "log.mcap");

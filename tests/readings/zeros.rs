@@ -1,7 +1,7 @@
 //! Zeros of the links' sensors: at rest, and by the work of the torques.
 
 use super::level_drive::{LevelDrive, check, estimate, in_the_plane};
-use crate::support::text;
+use crate::support::{assert_contains, text};
 use std::fs;
 
 /// What `check` and `estimate` say of a log with a change.
@@ -32,15 +32,13 @@ fn sensors_that_are_all_mounted_alike_are_named() {
     const WARNING: &str =
         "READINGS CONTRADICT EACH OTHER: by the work of the torques all inclinometers err by";
     let [checked, estimated] = said(|drive| tilted(drive, 5.0));
-    assert!(checked.contains(FAULT), "{checked}");
-    assert!(estimated.contains(WARNING), "{estimated}");
+    assert_contains(&checked, FAULT);
+    assert_contains(&estimated, WARNING);
     let [checked, estimated] = said(|drive| tilted(drive, -5.0));
     assert!(!checked.contains(FAULT), "{checked}");
     let at_rest = "at rest all inclinometers together show a slope of -5.0 deg";
-    assert!(
-        estimated.contains(at_rest) && estimated.contains("Each degree is 1.7 % of the weight"),
-        "{estimated}"
-    );
+    assert_contains(&estimated, at_rest);
+    assert_contains(&estimated, "Each degree is 1.7 % of the weight");
     let [checked, estimated] = said(|_| {});
     assert!(!checked.contains("FAULT"), "{checked}");
     assert!(!estimated.contains("all inclinometers"), "{estimated}");
@@ -59,7 +57,7 @@ fn spikes_are_no_zero() {
         let values = drive.column("link1_rate").iter_mut();
         values.for_each(|value| *value += 0.01);
     });
-    assert!(checked.contains(FAULT), "{checked}");
+    assert_contains(&checked, FAULT);
 }
 
 /// Inclinations from 0 to 360 deg are those from -180 to 180 deg.
@@ -84,13 +82,10 @@ fn an_estimate_says_what_check_finds() {
         values.for_each(|value| *value += 1.0);
     };
     let [checked, estimated] = said(off);
-    assert!(checked.contains("FAULT        zero at rest"), "{checked}");
+    assert_contains(&checked, "FAULT        zero at rest");
     let line = "FAULT: zero at rest, torque 2: mean 0.99";
-    assert!(estimated.contains(line), "{estimated}");
-    assert!(
-        estimated.contains(" -> zero it with the motors off"),
-        "{estimated}"
-    );
+    assert_contains(&estimated, line);
+    assert_contains(&estimated, " -> zero it with the motors off");
     let [_, estimated] = said(|_| {});
     assert!(!estimated.contains("FAULT"), "{estimated}");
 }
@@ -110,9 +105,6 @@ fn white_noise_of_encoders_counts() {
         }
     });
     assert!(!checked.contains("FAULT"), "{checked}");
-    assert!(
-        estimated.contains("the encoders have a white noise of 0.05"),
-        "{estimated}"
-    );
+    assert_contains(&estimated, "the encoders have a white noise of 0.05");
     assert!(!estimated.contains("WRONG FORCES"), "{estimated}");
 }
