@@ -2,7 +2,7 @@
 //! and nothing that is not complete looks finished.
 #![cfg(unix)]
 
-use crate::support::assert_contains;
+use crate::support::{assert_contains, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -235,13 +235,7 @@ fn a_killed_run_looks_unfinished_and_is_replaced() {
             .unwrap();
         assert!(!compared.status.success());
         assert_contains(said(&compared), "was killed");
-        let short = [
-            "run",
-            "long.toml",
-            "--set",
-            "record.duration=0.5",
-            "--force",
-        ];
+        let short = words("run long.toml --set record.duration=0.5 --force");
         let forced = robhaz(dir.path(), &short).output().unwrap();
         assert!(forced.status.success(), "{}", said(&forced));
     }
@@ -292,14 +286,7 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
         let truth = format!("runs/long.partial/truth.{format}");
         assert!(!dir.path().join(format!("{truth}.partial")).exists());
         let truth_of = ["estimate", "runs/long.partial", "--truth", &truth];
-        let rest = [
-            "--estimator",
-            "true-mass",
-            "--rerun",
-            "off",
-            "--out",
-            "again",
-        ];
+        let rest = words("--estimator true-mass --rerun off --out again");
         let estimate = robhaz(dir.path(), &[&truth_of[..], &rest].concat());
         let output = { estimate }.output().unwrap();
         assert!(output.status.success(), "{}", said(&output));
@@ -362,26 +349,12 @@ fn an_export_on_a_full_disk_says_what_it_cannot_write() {
 fn study_and_verify_can_be_stopped() {
     for (arguments, name, code) in [
         (
-            &[
-                "study",
-                "long.toml",
-                "--seeds",
-                "10000",
-                "--set",
-                "record.duration=20",
-            ] as &[&str],
+            &words("study long.toml --seeds 10000 --set record.duration=20") as &[&str],
             "-INT",
             130,
         ),
         (
-            &[
-                "study",
-                "long.toml",
-                "--seeds",
-                "10000",
-                "--set",
-                "record.duration=20",
-            ],
+            &words("study long.toml --seeds 10000 --set record.duration=20"),
             "-TERM",
             143,
         ),

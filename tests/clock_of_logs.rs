@@ -1,7 +1,7 @@
 //! Clocks of recorded logs: `robhaz check` names their faults first of all, and `robhaz estimate`
 //! survives them.
 
-use crate::support::{assert_contains, columns, robhaz, text, with_run};
+use crate::support::{assert_contains, columns, robhaz, text, with_run, words};
 use std::fs;
 use std::path::Path;
 
@@ -60,14 +60,7 @@ fn a_clock_that_is_set_back_is_named_and_survived() {
     assert_eq!(first.map(String::as_str), Some(clock));
 
     let mut command = robhaz(folder);
-    command.args([
-        "estimate",
-        "log.csv",
-        "--estimator",
-        "kalman",
-        "--rerun",
-        "off",
-    ]);
+    command.args(words("estimate log.csv --estimator kalman --rerun off"));
     let output = command
         .args(["--format", "csv", "--out", "out"])
         .output()

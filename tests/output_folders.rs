@@ -1,6 +1,6 @@
 //! Output folders of runs: what may be replaced, and what is left alone.
 
-use crate::support::{assert_contains, robhaz, short_scene, text};
+use crate::support::{assert_contains, robhaz, short_scene, text, words};
 use robhaz_scene::ControlKind;
 use std::fs;
 
@@ -251,12 +251,9 @@ fn a_start_that_fails_leaves_no_folder() {
     ] {
         let output = robhaz(dir.path())
             .args(["run", "short.toml", "--set", set])
-            .args([
-                "--set",
-                "terrain.kind=heights",
-                "--set",
-                "terrain.interpolation=corners",
-            ])
+            .args(words(
+                "--set terrain.kind=heights --set terrain.interpolation=corners",
+            ))
             .args(["--set", "terrain.points=[[-5, -1], [5, 1]]"])
             .output()
             .unwrap();

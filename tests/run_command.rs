@@ -1,6 +1,6 @@
 //! The command `robhaz run`: what it leaves behind, and what it says when a run breaks off.
 
-use crate::support::{assert_contains, robhaz, root, short_scene, text};
+use crate::support::{assert_contains, robhaz, root, short_scene, text, words};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
@@ -208,16 +208,9 @@ fn a_stuck_robot_is_reported() {
     let scene = root().join("scenes/stairs.toml");
     let output = robhaz(dir.path())
         .args(["run", &scene.to_string_lossy(), "--engine", "direct"])
-        .args([
-            "--rerun",
-            "off",
-            "--out",
-            "out",
-            "--set",
-            "record.duration=10",
-            "--set",
-            "robot.geometry=A",
-        ])
+        .args(words(
+            "--rerun off --out out --set record.duration=10 --set robot.geometry=A",
+        ))
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -243,16 +236,9 @@ fn seed_and_overrides_are_kept() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
     let output = robhaz(dir.path())
-        .args([
-            "run",
-            "short.toml",
-            "--seed",
-            "42",
-            "--set",
-            "drive.kp=2",
-            "--set",
-            "record.duration=1",
-        ])
+        .args(words(
+            "run short.toml --seed 42 --set drive.kp=2 --set record.duration=1",
+        ))
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));

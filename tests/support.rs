@@ -34,6 +34,11 @@ pub fn robhaz(folder: &Path) -> Command {
     command
 }
 
+/// The words of a command line, none with a space.
+pub fn words(line: &str) -> Vec<&str> {
+    line.split(' ').collect()
+}
+
 /// A folder of a test's own with what `robhaz run scenes/smooth.toml` leaves in `run`, by the engine direct and
 /// without recording. The command runs once for all tests with the same further arguments.
 pub fn with_run(arguments: &[&str]) -> TempDir {

@@ -1,7 +1,7 @@
 //! A measured track on its way through the command: copied, run again to the bit, shown as a table,
 //! warned of.
 
-use crate::support::root;
+use crate::support::{root, words};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -105,12 +105,7 @@ fn a_spline_that_swings_is_warned_of() {
         ("kerb.toml", "spline", &spline, 1),
         (shipped.to_str().unwrap(), "shipped", &[], 0),
     ] {
-        let short = [
-            "--set",
-            "record.duration=1",
-            "--set",
-            "record.compare_from=0.5",
-        ];
+        let short = words("--set record.duration=1 --set record.compare_from=0.5");
         let args = [&[scene, "--out", out][..], &short, set].concat();
         assert_eq!(warnings(&args), expected, "{out}");
     }

@@ -1,7 +1,7 @@
 //! `robhaz weigh` from nominal values to a weighed robot, and the truth of a robot on blocks.
 
 use crate::seeds::study;
-use crate::support::{assert_contains, keep, robhaz, root, scene, text};
+use crate::support::{assert_contains, keep, robhaz, root, scene, text, words};
 use robhaz_masses::plate_forces;
 use robhaz_model::Robot;
 use robhaz_scene::{LogChoice, RobotChoice, Scene};
@@ -49,31 +49,14 @@ fn the_example_leads_from_a_nominal_to_a_weighed_robot() {
     for name in ["nominal.toml", "real.toml", "measurements.csv"] {
         fs::copy(example.join(name), dir.path().join(name)).unwrap();
     }
-    let planned = [
-        "weigh",
-        "--plan",
-        "6",
-        "--robot",
-        "nominal.toml",
-        "--simulate",
-        "real.toml",
-        "--out",
-        "again.csv",
-    ];
+    let planned = words("weigh --plan 6 --robot nominal.toml --simulate real.toml --out again.csv");
     let (done, said) = run_in(dir.path(), &planned);
     assert!(done, "{said}");
     let [shipped, again] = ["measurements.csv", "again.csv"]
         .map(|name| fs::read_to_string(dir.path().join(name)).unwrap());
     assert_eq!(shipped, again);
 
-    let weighing = [
-        "weigh",
-        "measurements.csv",
-        "--robot",
-        "nominal.toml",
-        "--out",
-        "weighed.toml",
-    ];
+    let weighing = words("weigh measurements.csv --robot nominal.toml --out weighed.toml");
     let (done, said) = run_in(dir.path(), &weighing);
     assert!(done, "{said}");
     assert_contains(&said, "total mass");

@@ -2,7 +2,7 @@
 //! own rates.
 
 use super::recorded::{estimate, estimated, refused, summary};
-use crate::support::{assert_contains, columns, robhaz, root, text};
+use crate::support::{assert_contains, columns, robhaz, root, text, words};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -12,9 +12,7 @@ fn recorded_drive(folder: &Path) {
     let mut run = robhaz(folder);
     run.arg("run")
         .arg(root().join("robots/open-source-rover.toml"));
-    run.args([
-        "--engine", "direct", "--rerun", "off", "--format", "csv", "--out", "run",
-    ]);
+    run.args(words("--engine direct --rerun off --format csv --out run"));
     for set in [
         "sensors={grade=\"ideal\", rate=200}",
         "record.rate=200",
@@ -100,14 +98,7 @@ fn a_log_of_the_body_gives_forces() {
         robot.to_str().unwrap(),
     ];
     let mut args = common.to_vec();
-    args.extend([
-        "--truth",
-        "run/truth.csv",
-        "--estimator",
-        "kalman",
-        "--out",
-        "log",
-    ]);
+    args.extend(words("--truth run/truth.csv --estimator kalman --out log"));
     estimated(folder, &args);
     let found = &summary(&folder.join("log"))["estimators"]["kalman"];
     let [error, coverage] = [&found["normal_force"]["nrmse"], &found["coverage"]];

@@ -1,7 +1,7 @@
 //! Logs of other sources: standard messages, and tables with clocks, rates and units of their own.
 
 use super::recorded::{estimated, recorded, refused, summary};
-use crate::support::{assert_contains, robhaz, root};
+use crate::support::{assert_contains, robhaz, root, words};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -73,22 +73,9 @@ fn standard_messages_give_nearly_the_same_estimates() {
     // The exported IMUs have no delay.
     let sensors = folder.path().join("SENSORS.toml");
     std::fs::write(&sensors, example.replace("\"-2 ms\"", "0")).unwrap();
-    let common = [
-        "--sensors",
-        "SENSORS.toml",
-        "--estimator",
-        "kalman",
-        "--format",
-        "csv",
-    ];
+    let common = words("--sensors SENSORS.toml --estimator kalman --format csv");
     let direct = [
-        &[
-            "run/sensors.csv",
-            "--contact-angles",
-            "none",
-            "--out",
-            "direct",
-        ],
+        &words("run/sensors.csv --contact-angles none --out direct"),
         &common[2..],
     ];
     // The same budget for both: that of the example, without its columns.

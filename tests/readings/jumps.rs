@@ -1,17 +1,15 @@
 //! Single wrong readings, and encoders that count from a new zero.
 
-use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate, in_the_plane, largest_error};
+use super::level_drive::{
+    DESCRIPTION, LevelDrive, check, estimate, in_the_plane, largest_error, logged,
+};
 use crate::support::{assert_contains, text};
 use std::fs;
 
 /// Largest error of N of a log with a change, and what `check` and `estimate` say.
 fn spoiled(change: impl Fn(&mut LevelDrive)) -> (f64, String, String) {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = logged(&in_the_plane(), change);
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-    let mut drive = LevelDrive::new(1);
-    change(&mut drive);
-    drive.write(&folder.join("log.csv"));
     let checked = check(folder);
     let estimated = estimate(folder);
     assert!(estimated.status.success(), "{}", text(&estimated.stderr));
@@ -52,9 +50,10 @@ fn a_single_wrong_angle_changes_nothing() {
 #[test]
 fn an_encoder_that_restarts_again_and_again_is_named() {
     let (error, checked, _) = spoiled(|drive| {
-        let angle = drive.column("wheel1_angle").iter_mut().enumerate();
         // 2 rad a second.
-        angle.for_each(|(k, angle)| *angle -= 2.0 * (k.saturating_sub(100) / 100) as f64);
+        drive.change("wheel1_angle", |k, angle| {
+            angle - 2.0 * (k.saturating_sub(100) / 100) as f64
+        });
     });
     assert!(error < LIMIT, "{error}");
     let named = "a new zero: -2.000 rad at 2.000 s, -2.000 rad at 3.000 s, -2.000 rad at 4.000 s and 2 more";
@@ -100,9 +99,7 @@ fn angles_that_start_anew_together_are_no_set_clock() {
 #[test]
 fn an_encoder_that_restarts_is_named() {
     let (error, checked, _) = spoiled(|drive| {
-        drive.column("wheel2_angle")[400..]
-            .iter_mut()
-            .for_each(|angle| *angle -= 2.0);
+        drive.change("wheel2_angle", |k, x| if k < 400 { x } else { x - 2.0 });
     });
     assert!(error < LIMIT, "{error}");
     assert_contains(&checked, "encoder 2");
