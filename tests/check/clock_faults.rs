@@ -3,7 +3,7 @@
 //! `cargo test --release -p robhaz --test robhaz check::clock_faults:: -- --ignored --nocapture`
 //! runs the study.
 
-use super::common::{Failure, SOFT, readings_of, report, scene};
+use super::common::{Errors, Failure, SOFT, drive, readings_of, report, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;
@@ -70,7 +70,7 @@ struct Count {
 }
 
 /// Flags that say that something is wrong.
-fn is_flagged(flags: Flags) -> bool {
+pub fn is_flagged(flags: Flags) -> bool {
     let warnings = [
         Flags::SENSOR_STALE,
         Flags::SENSOR_ABSURD,
@@ -93,25 +93,16 @@ fn count(scene: &Scene, estimator: usize, log: &[(SensorFrame, &Truth)]) -> Resu
         }
         let trusted = !is_flagged(estimate.flags);
         let mut off = 0.0_f64;
-        for i in 0..3 {
-            let Some(contact) = truth.wheels[i].equivalent_contact() else {
-                continue;
-            };
-            let n = (estimate.normal_force[i] - contact.normal_force).abs();
-            let t = (estimate.traction[i] - contact.traction).abs();
-            let sigmas = (estimate.sigma_normal(i), estimate.sigma_traction(i));
-            let (Some(sn), Some(st)) = sigmas else {
-                return Err("kalman states its deviations".into());
-            };
-            // Forces that are held at zero have no deviation.
-            off = off.max(n / sn.max(1e-3)).max(t / st.max(1e-3));
+        for (i, wheel) in Errors::of(&estimate, truth)? {
+            off = wheel.in_deviations(1e-3).into_iter().fold(off, f64::max);
             let force = estimate.normal_force[i].max(estimate.traction[i].abs());
             count.largest = count.largest.max(force);
             if trusted {
                 count.largest_trusted = count.largest_trusted.max(force);
             }
             if force > LARGEST {
-                count.worst = count.worst.max((n / sn).max(t / st));
+                let [normal, traction] = wheel.in_deviations(0.0);
+                count.worst = count.worst.max(normal.max(traction));
             }
         }
         count.samples += 1;
@@ -254,9 +245,7 @@ fn nothing_wrong_is_trusted() -> Result<(), Failure> {
 /// number. With the stamps of the rows nothing is wrong.
 #[test]
 fn rows_that_are_lost_behind_even_stamps_are_named() -> Result<(), Failure> {
-    let scene = scene("rough", &["sensors.grade=typical"])?;
-    let truth = TruthRun::of(&scene)?;
-    let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+    let (scene, mut frames) = drive("rough", &[], 11)?;
     let mut row = 0;
     frames.retain(|_| {
         row += 1;

@@ -1,7 +1,7 @@
 //! Logs of both sides of a rover. The drive is of another simulator: `both/README.md`.
 #![allow(clippy::float_cmp, reason = "the same bits")]
 
-use super::recorded::{estimated, summary};
+use super::recorded::{estimated, rewritten, summary};
 use crate::support::{assert_contains, columns, robhaz, root, text};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
@@ -67,24 +67,6 @@ pub(super) fn checked(folder: &Path, log: &Path) -> (bool, String) {
     command.args(["--robot", &robot(), "--sensors", "mine.toml"]);
     let output = command.output().unwrap();
     (output.status.success(), text(&output.stdout))
-}
-
-/// The rows of a table, changed by `change` (row, cells), below its header.
-pub(super) fn rewritten(
-    table: &Path,
-    out: &Path,
-    change: impl Fn(usize, &mut Vec<String>) -> bool,
-) {
-    let text = std::fs::read_to_string(table).unwrap();
-    let mut lines = text.lines();
-    let mut kept = lines.next().unwrap().to_owned() + "\n";
-    for (row, line) in lines.enumerate() {
-        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if change(row, &mut cells) {
-            kept += &(cells.join(",") + "\n");
-        }
-    }
-    std::fs::write(out, kept).unwrap();
 }
 
 /// The longer drive of the estimator's tests: bumps under the left side, 9 s at 50 Hz.

@@ -1,9 +1,7 @@
 //! Logs of both sides with faults, and what `check` and `estimate` say of them.
 
-use super::both::{
-    BUDGET, checked, difference, drive, estimate, fixture, folder, forces, rewritten, robot,
-};
-use super::recorded::{refused, summary};
+use super::both::{BUDGET, checked, difference, drive, estimate, fixture, folder, forces, robot};
+use super::recorded::{changed, refused, rewritten, summary};
 use crate::support::{assert_contains, robhaz, text};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -81,17 +79,9 @@ fn check_finds_what_is_exchanged() {
     let exchanged = |a: &str, b: &str| right.replace(a, "kept").replace(b, a).replace("kept", b);
     // Readings with another value in these columns.
     let changed = |names: &[&str], change: fn(f64) -> f64| {
-        let header: Vec<&str> = right.lines().next().unwrap().split(',').collect();
-        let cell = |(name, cell): (&&str, &str)| match names.contains(name) {
-            true => format!("{:?}", change(cell.parse().unwrap())),
-            false => cell.to_owned(),
-        };
-        let row = |row: &str| -> String {
-            let cells = header.iter().zip(row.split(',')).map(cell);
-            cells.collect::<Vec<_>>().join(",") + "\n"
-        };
-        let rows: String = right.lines().skip(1).map(row).collect();
-        format!("{}\n{rows}", header.join(","))
+        let (log, out) = (fixture("readings.csv"), path.join("changed.csv"));
+        changed(&log, &out, |name| names.contains(&name), |_, x| change(x));
+        std::fs::read_to_string(out).unwrap()
     };
     let turned = |names: &[&str]| changed(names, |x| -x);
     let of_axes = exchanged("body_roll_rate", "body_rate");
@@ -201,16 +191,8 @@ fn an_estimate_says_that_readings_contradict_each_other() {
     }
     // Motors that are mounted mirror-wise: the right wheels count backwards.
     let right = fixture("readings.csv");
-    let text = std::fs::read_to_string(&right).unwrap();
-    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    rewritten(&right, &wrong, |_, cells| {
-        let is_right = |(name, _): &(&&str, &mut String)| name.starts_with("right_wheel");
-        for (_, cell) in header.iter().zip(cells).filter(is_right) {
-            let value: f64 = cell.parse().unwrap();
-            *cell = format!("{:?}", -value);
-        }
-        true
-    });
+    let is_right = |name: &str| name.starts_with("right_wheel");
+    changed(&right, &wrong, is_right, |_, x| -x);
     let (is_stated, said) = first(&wrong);
     assert!(
         is_stated && said.contains("turn against each other"),
@@ -223,15 +205,9 @@ fn an_estimate_says_that_readings_contradict_each_other() {
 fn a_roll_at_rest_is_said() {
     let folder = folder(BUDGET);
     let readings = fixture("readings.csv");
-    let header = std::fs::read_to_string(&readings).unwrap();
-    let mut names = header.lines().next().unwrap().split(',');
-    let roll = names.position(|name| name == "body_roll").unwrap();
     let wrong = folder.path().join("tilted.csv");
-    rewritten(&readings, &wrong, |_, cells| {
-        let value: f64 = cells[roll].parse().unwrap();
-        cells[roll] = format!("{}", value + 5_f64.to_radians());
-        true
-    });
+    let tilted = |_: usize, roll: f64| roll + 5_f64.to_radians();
+    changed(&readings, &wrong, |name| name == "body_roll", tilted);
     for (log, is_said) in [(&readings, false), (&wrong, true)] {
         let mut command = robhaz(folder.path());
         command.arg("estimate").arg(log).args(["--rerun", "off"]);
@@ -282,18 +258,6 @@ fn readings_of_a_slower_bus_are_named() {
             );
         }
     }
-}
-
-/// A drive with cells of the columns of these names changed: row, value.
-fn changed(log: &Path, out: &Path, is: impl Fn(&str) -> bool, change: impl Fn(usize, f64) -> f64) {
-    let text = std::fs::read_to_string(log).unwrap();
-    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    rewritten(log, out, |row, cells| {
-        for (_, cell) in header.iter().zip(cells).filter(|(name, _)| is(name)) {
-            *cell = format!("{:?}", change(row, cell.parse().unwrap()));
-        }
-        true
-    });
 }
 
 /// The rate of the roll hangs from 4 s on, while the other numbers of the sensor change: it is no reading, and the forces are
@@ -447,20 +411,13 @@ fn a_short_log_has_no_fault() {
 fn readings_far_apart_may_contradict_each_other() {
     let folder = folder(BUDGET);
     let right = fixture("readings.csv");
-    let header = std::fs::read_to_string(&right).unwrap();
-    let mut names = header.lines().next().unwrap().split(',');
-    let inclination = names.position(|name| name == "body_inclination").unwrap();
     let wrong = folder.path().join("wrong.csv");
     for (noise, expected) in [
         (0.4_f64, "readings may contradict each other"),
         (0.8, "READINGS CONTRADICT EACH OTHER"),
     ] {
-        rewritten(&right, &wrong, |row, cells| {
-            let sign = (2.4 * row as f64).sin().signum();
-            let value: f64 = cells[inclination].parse().unwrap();
-            cells[inclination] = format!("{:?}", value + sign * noise.to_radians());
-            true
-        });
+        let noisy = |row: usize, x| x + (2.4 * row as f64).sin().signum() * noise.to_radians();
+        changed(&right, &wrong, |name| name == "body_inclination", noisy);
         let said = estimate(folder.path(), &wrong, &["--out", "out", "--force"]);
         assert!(said.contains(expected), "{noise}: {said}");
     }

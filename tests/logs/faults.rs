@@ -1,6 +1,8 @@
 //! Faults of logs: what is usable is estimated and counted, the rest is an error with its place.
 
-use super::recorded::{estimate, estimated, recorded, refused, summary};
+use super::recorded::{
+    changed, estimate, estimated, place_of, recorded, refused, rewritten, summary,
+};
 use crate::support::{assert_contains, robhaz};
 use std::path::Path;
 
@@ -100,27 +102,20 @@ fn the_head_of_a_table_is_checked() {
 #[test]
 fn a_truth_that_cannot_be_used_says_why() {
     let (folder, run) = recorded("csv", &[]);
-    let text = std::fs::read_to_string(run.join("truth.csv")).unwrap();
-    let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    let column = names
-        .iter()
-        .position(|n| *n == "wheel2_normal_force")
-        .unwrap();
+    let table = run.join("truth.csv");
+    let column = place_of(&table, "wheel2_normal_force");
     // The time of each row, and whether its cell of N is empty.
     let write = |name: &str, row: &dyn Fn(f64) -> Option<(f64, bool)>| {
-        let mut out = text.lines().next().unwrap().to_owned() + "\n";
-        for line in text.lines().skip(1) {
-            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        rewritten(&table, &folder.path().join(name), |_, cells| {
             let Some((time, is_empty)) = row(cells[0].parse().unwrap()) else {
-                continue;
+                return false;
             };
             cells[0] = time.to_string();
             if is_empty {
                 cells[column].clear();
             }
-            out += &(cells.join(",") + "\n");
-        }
-        std::fs::write(folder.path().join(name), out).unwrap();
+            true
+        });
     };
     write("empty.csv", &|time| Some((time, true)));
     write("late.csv", &|time| Some((time + 100.0, false)));
@@ -154,25 +149,17 @@ fn a_truth_that_cannot_be_used_says_why() {
     }
     // The unit in a name is read, and one of no force is refused.
     let in_unit = |name: &str, unit: &str, size: f64| {
-        let forces: Vec<bool> = names
-            .iter()
-            .map(|name| name.ends_with("_normal_force") || name.ends_with("_traction"))
-            .collect();
-        let name_of = |(name, is_force): (&&str, &bool)| match is_force {
+        let is_force = |name: &str| name.ends_with("_normal_force") || name.ends_with("_traction");
+        let with_unit = |name: &str| match is_force(name) {
             true => format!("{name} [{unit}]"),
-            false => (*name).to_owned(),
+            false => name.to_owned(),
         };
-        let head: Vec<String> = names.iter().zip(&forces).map(name_of).collect();
-        let mut out = head.join(",") + "\n";
-        for line in text.lines().skip(1) {
-            let cell = |(cell, is_force): (&str, &bool)| match cell.parse::<f64>() {
-                Ok(force) if *is_force => (force / size).to_string(),
-                _ => cell.to_owned(),
-            };
-            let cells: Vec<String> = line.split(',').zip(&forces).map(cell).collect();
-            out += &(cells.join(",") + "\n");
-        }
-        std::fs::write(folder.path().join(name), out).unwrap();
+        let path = folder.path().join(name);
+        changed(&table, &path, is_force, |_, force| force / size);
+        let out = std::fs::read_to_string(&path).unwrap();
+        let (head, rows) = out.split_once('\n').unwrap();
+        let head: Vec<String> = head.split(',').map(with_unit).collect();
+        std::fs::write(path, head.join(",") + "\n" + rows).unwrap();
     };
     let errors = |truth: &str| {
         let out = ["--out", "compared", "--force", "--estimator", "kalman"];
@@ -238,13 +225,13 @@ fn a_killed_recording_is_estimated_as_far_as_it_goes() {
 fn a_faulty_table_is_left_out_of_an_export() {
     let (folder, run) = recorded("csv", &[]);
     let path = run.join("estimate-kalman.csv");
-    let text = std::fs::read_to_string(&path).unwrap();
-    let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
-    let column = rows[0].split(',').position(|n| n == "wheel2_normal_force");
-    let mut cells: Vec<&str> = rows[1000].split(',').collect();
-    cells[column.unwrap()] = "suspect";
-    rows[1000] = cells.join(",");
-    std::fs::write(&path, rows.join("\n") + "\n").unwrap();
+    let column = place_of(&path, "wheel2_normal_force");
+    rewritten(&path, &path, |row, cells| {
+        if row == 999 {
+            "suspect".clone_into(&mut cells[column]);
+        }
+        true
+    });
     for format in ["csv", "mcap"] {
         let mut export = robhaz(folder.path());
         let output = export.args(["export", "run", "--to", format]).output();
@@ -266,17 +253,14 @@ fn a_faulty_table_is_left_out_of_an_export() {
 #[test]
 fn a_log_without_an_estimate_says_so() {
     let (folder, run) = recorded("csv", &[]);
-    let text = std::fs::read_to_string(run.join("sensors.csv")).unwrap();
-    let column = text.lines().next().unwrap().split(',');
-    let column = column.clone().position(|n| n == "link1_inclination");
-    let mut out = text.lines().next().unwrap().to_owned() + "\n";
-    for line in text.lines().skip(1) {
-        let mut cells: Vec<&str> = line.split(',').collect();
-        // No linkage closes at 3 rad.
-        cells[column.unwrap()] = "3";
-        out += &(cells.join(",") + "\n");
-    }
-    std::fs::write(folder.path().join("upside.csv"), out).unwrap();
+    let (readings, upside) = (run.join("sensors.csv"), folder.path().join("upside.csv"));
+    // No linkage closes at 3 rad.
+    changed(
+        &readings,
+        &upside,
+        |name| name == "link1_inclination",
+        |_, _| 3.0,
+    );
     let truth = ["upside.csv", "--truth", "run/truth.csv"];
     let output = estimate(
         folder.path(),

@@ -55,6 +55,44 @@ pub fn summary(folder: &Path) -> serde_json::Value {
     serde_json::from_str(&json).unwrap()
 }
 
+/// The rows of a table, changed by `change` (row, cells), below its header.
+pub fn rewritten(table: &Path, out: &Path, change: impl Fn(usize, &mut Vec<String>) -> bool) {
+    let text = std::fs::read_to_string(table).unwrap();
+    let mut lines = text.lines();
+    let mut kept = lines.next().unwrap().to_owned() + "\n";
+    for (row, line) in lines.enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if change(row, &mut cells) {
+            kept += &(cells.join(",") + "\n");
+        }
+    }
+    std::fs::write(out, kept).unwrap();
+}
+
+/// A log with cells of the columns of these names changed: row, value.
+pub fn changed(
+    log: &Path,
+    out: &Path,
+    is: impl Fn(&str) -> bool,
+    change: impl Fn(usize, f64) -> f64,
+) {
+    let text = std::fs::read_to_string(log).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    rewritten(log, out, |row, cells| {
+        for (_, cell) in header.iter().zip(cells).filter(|(name, _)| is(name)) {
+            *cell = format!("{:?}", change(row, cell.parse().unwrap_or(f64::NAN)));
+        }
+        true
+    });
+}
+
+/// The place of a column in a table.
+pub fn place_of(table: &Path, column: &str) -> usize {
+    let text = std::fs::read_to_string(table).unwrap();
+    let mut names = text.lines().next().unwrap().split(',');
+    names.position(|name| name == column).unwrap()
+}
+
 pub fn assert_same_files(a: &Path, b: &Path, names: &[&str]) {
     for name in names {
         let [a, b] = [a, b].map(|folder| std::fs::read(folder.join(name)).unwrap());
