@@ -2,7 +2,7 @@
 //! and nothing that is not complete looks finished.
 #![cfg(unix)]
 
-use crate::support::{assert_contains, words};
+use crate::support::{assert_contains, on_one_line, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -94,13 +94,9 @@ impl Drop for Running {
     }
 }
 
-/// Standard error in one line, because error reports wrap lines at the terminal's width.
+/// Standard error on one line.
 fn said(output: &Output) -> String {
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    text.replace(['│', '╰', '├', '─', '▶', '×'], " ")
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
+    on_one_line(&output.stderr)
 }
 
 /// The table of the truth while it is written.

@@ -1,6 +1,6 @@
 //! Output folders of runs: what may be replaced, and what is left alone.
 
-use crate::support::{assert_contains, robhaz, short_scene, text, words};
+use crate::support::{assert_contains, on_one_line, robhaz, short_scene, text, words};
 use robhaz_scene::ControlKind;
 use std::fs;
 
@@ -102,9 +102,7 @@ fn force_removes_only_what_a_run_wrote() {
             .args(["--out", out, "--force"])
             .output()
             .unwrap();
-        let said = text(&output.stderr).replace('│', " ");
-        let said: Vec<&str> = said.split_whitespace().collect();
-        (output.status.success(), said.join(" "))
+        (output.status.success(), on_one_line(&output.stderr))
     };
     // All that a run leaves may be replaced by the next.
     assert!(run("a").0);
@@ -258,12 +256,7 @@ fn a_start_that_fails_leaves_no_folder() {
             .output()
             .unwrap();
         assert!(!output.status.success());
-        let said = text(&output.stderr);
-        let said = said
-            .split_whitespace()
-            .filter(|w| *w != "│")
-            .collect::<Vec<_>>()
-            .join(" ");
+        let said = on_one_line(&output.stderr);
         assert_contains(&said, reason);
         assert!(!said.contains("broke off"), "{said}");
         assert!(!dir.path().join("runs").exists(), "{set}");

@@ -1,6 +1,6 @@
 //! The command `robhaz run`: what it leaves behind, and what it says when a run breaks off.
 
-use crate::support::{assert_contains, robhaz, root, short_scene, text, words};
+use crate::support::{assert_contains, on_one_line, robhaz, root, short_scene, text, words};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
@@ -189,8 +189,7 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     for set in steep {
         command.args(["--set", set]);
     }
-    let said = text(&command.output().unwrap().stderr);
-    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let said = on_one_line(&command.output().unwrap().stderr);
     assert_contains(&said, "short broke off at");
     let compared = robhaz(dir.path())
         .args(["compare", "steep.partial"])
@@ -273,9 +272,7 @@ fn runs_out_of_range_stop_with_a_reason() {
         }
         let output = command.output().unwrap();
         assert!(!output.status.success(), "{name}");
-        // The report breaks lines where the terminal would.
-        let said = text(&output.stderr);
-        said.split_whitespace().collect::<Vec<_>>().join(" ")
+        on_one_line(&output.stderr)
     };
     for engine in ["engine.kind=rapier", "engine.kind=direct"] {
         for (start, bump, expected) in [

@@ -86,6 +86,12 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// Output of the command on one line, without the frame of a report, which breaks lines where the terminal would.
+pub fn on_one_line(bytes: &[u8]) -> String {
+    let text = text(bytes).replace(['│', '╰', '├', '─', '▶', '×'], " ");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Fails with the whole text unless it has this part.
 #[track_caller]
 pub fn assert_contains(text: impl AsRef<str>, part: impl AsRef<str>) {

@@ -1,24 +1,20 @@
 //! The commands `robhaz view` and `robhaz run --rerun`.
 
-use crate::support::{assert_contains, root};
+use crate::support::{self, assert_contains, on_one_line, root};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 fn robhaz(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));
-    command.current_dir(folder).args(arguments);
+    let mut command = support::robhaz(folder);
+    command.args(arguments);
     command
 }
 
-/// Standard error in one line, because error reports wrap lines at the terminal's width.
+/// Standard error on one line.
 fn said(output: &Output) -> String {
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    text.replace('│', " ")
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
+    on_one_line(&output.stderr)
 }
 
 fn flat_scene(folder: &Path, duration: f64) {

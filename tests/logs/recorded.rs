@@ -1,6 +1,6 @@
 //! Runs, their folders as logs, and the command `robhaz estimate` on them.
 
-use crate::support::{robhaz, text, with_run};
+use crate::support::{on_one_line, robhaz, text, with_run};
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
@@ -42,12 +42,7 @@ pub fn estimated(folder: &Path, args: &[&str]) -> String {
 pub fn refused(folder: &Path, args: &[&str]) -> String {
     let output = estimate(folder, args);
     assert!(!output.status.success(), "{}", text(&output.stdout));
-    let error = text(&output.stderr);
-    error
-        .split_whitespace()
-        .filter(|word| !matches!(*word, "│" | "×"))
-        .collect::<Vec<_>>()
-        .join(" ")
+    on_one_line(&output.stderr)
 }
 
 pub fn summary(folder: &Path) -> serde_json::Value {
