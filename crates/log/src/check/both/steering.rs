@@ -1,12 +1,13 @@
 //! Whether the wheels are steered as the rover turns.
 
 use super::STRAIGHT;
-use super::frames::{self, Correlation, LONGEST_GAP, body_turn, yaw_steps};
+use super::frames::{self, LONGEST_GAP, body_turn, yaw_steps};
 use super::wiring::ENDS;
 use crate::check::Finding;
 use crate::check::recording::{add, driving_speed};
 use robhaz_estimator::whole::WholeFrame;
 use robhaz_model::WholeRover;
+use robhaz_score::signals::{deviation, mean};
 
 /// Steering from which on a wheel does not roll straight ahead, and shows its sign, rad.
 const LEAST_STEERING: f64 = 0.05;
@@ -162,11 +163,12 @@ fn unread(parts: &[Part<'_>], rover: &WholeRover) -> Option<Finding> {
 
 /// Correlation of the yaw rate with that of the wheels, whatever its bias.
 fn follows(parts: &[Part<'_>]) -> f64 {
-    let mut found = Correlation::default();
-    for part in parts {
-        found.add(part.rate, part.by_wheels);
-    }
-    found.value()
+    let of = |of: fn(&Part<'_>) -> f64| parts.iter().map(of).collect::<Vec<f64>>();
+    let (rates, turns) = (of(|part| part.rate), of(|part| part.by_wheels));
+    let [rate, turn] = [&rates, &turns].map(|x| mean(x).unwrap_or(0.0));
+    let products = rates.iter().zip(&turns);
+    let products: Vec<f64> = products.map(|(a, b)| (a - rate) * (b - turn)).collect();
+    mean(&products).unwrap_or(0.0) / (deviation(&rates) * deviation(&turns))
 }
 
 /// All steered wheels the other way round than the turn asks for: one cause, and not one of each. `follows`: see there.
