@@ -2,7 +2,7 @@
 //! and nothing that is not complete looks finished.
 #![cfg(unix)]
 
-use crate::support::{assert_contains, on_one_line, words};
+use crate::support::{assert_contains, on_one_line, refused, succeeded, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -174,10 +174,7 @@ fn a_stopped_run_keeps_all_its_records() {
         }
 
         // `compare` reads the folder and states the cause.
-        let compared = robhaz(dir.path(), &["compare", "runs/long.partial"])
-            .output()
-            .unwrap();
-        assert!(compared.status.success());
+        let compared = succeeded(&mut robhaz(dir.path(), &["compare", "runs/long.partial"]));
         assert!(String::from_utf8_lossy(&compared.stdout).contains(cause));
     }
 }
@@ -226,14 +223,10 @@ fn a_killed_run_looks_unfinished_and_is_replaced() {
         assert!(!dir.path().join("runs/long").exists());
         let complete = [&format!("truth.{format}"), "summary.json"];
         assert!(complete.iter().all(|name| !partial.join(name).exists()));
-        let compared = robhaz(dir.path(), &["compare", "runs/long.partial"])
-            .output()
-            .unwrap();
-        assert!(!compared.status.success());
-        assert_contains(said(&compared), "was killed");
+        let compared = refused(&mut robhaz(dir.path(), &["compare", "runs/long.partial"]));
+        assert_contains(on_one_line(compared.as_bytes()), "was killed");
         let short = words("run long.toml --set record.duration=0.5 --force");
-        let forced = robhaz(dir.path(), &short).output().unwrap();
-        assert!(forced.status.success(), "{}", said(&forced));
+        succeeded(&mut robhaz(dir.path(), &short));
     }
 }
 
@@ -284,8 +277,7 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
         let truth_of = ["estimate", "runs/long.partial", "--truth", &truth];
         let rest = words("--estimator true-mass --rerun off --out again");
         let estimate = robhaz(dir.path(), &[&truth_of[..], &rest].concat());
-        let output = { estimate }.output().unwrap();
-        assert!(output.status.success(), "{}", said(&output));
+        succeeded(&mut { estimate });
         let summary = fs::read_to_string(dir.path().join("again/summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
         // Records with a truth, from 0.1 s on: at least one group.

@@ -1,6 +1,6 @@
 //! A bar that touches the ground: the run says so, `verify` fails, `path` says no-go.
 
-use crate::support::{assert_contains, robhaz, root, scene, text};
+use crate::support::{assert_contains, robhaz, root, scene, succeeded, text};
 use robhaz_path::{Options, PathSetup, Reason, judge};
 use std::process::Output;
 
@@ -49,22 +49,21 @@ fn a_run_says_where_a_bar_touched() {
     let dir = tempfile::tempdir().unwrap();
     let step = root().join("scenes/step.toml");
     let run = |out: &str, extra: &[&str]| {
-        let output = robhaz(dir.path())
-            .args([
-                "run",
-                step.to_str().unwrap(),
-                "--rerun",
-                "off",
-                "--format",
-                "csv",
-                "--out",
-                out,
-            ])
-            .args(["--set", "record.rate=100", "--engine", "direct"])
-            .args(extra)
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        let output = succeeded(
+            robhaz(dir.path())
+                .args([
+                    "run",
+                    step.to_str().unwrap(),
+                    "--rerun",
+                    "off",
+                    "--format",
+                    "csv",
+                    "--out",
+                    out,
+                ])
+                .args(["--set", "record.rate=100", "--engine", "direct"])
+                .args(extra),
+        );
         let summary = std::fs::read(dir.path().join(out).join("summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
         (text(&output.stdout), summary)

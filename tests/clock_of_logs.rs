@@ -1,7 +1,7 @@
 //! Clocks of recorded logs: `robhaz check` names their faults first of all, and `robhaz estimate`
 //! survives them.
 
-use crate::support::{assert_contains, columns, robhaz, text, with_run, words};
+use crate::support::{assert_contains, columns, refused, robhaz, succeeded, text, with_run, words};
 use std::fs;
 use std::path::Path;
 
@@ -61,11 +61,7 @@ fn a_clock_that_is_set_back_is_named_and_survived() {
 
     let mut command = robhaz(folder);
     command.args(words("estimate log.csv --estimator kalman --rerun off"));
-    let output = command
-        .args(["--format", "csv", "--out", "out"])
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(command.args(["--format", "csv", "--out", "out"]));
     assert!(text(&output.stdout).contains("set back by 0.200 s"));
     let estimate = columns(&folder.join("out/estimate-kalman.csv"));
     for wheel in 1..=3 {
@@ -103,15 +99,8 @@ fn implausible_times_are_named() {
     );
     let last = said.last().unwrap();
     assert_contains(last, " 1 with a fault");
-    let output = robhaz(folder)
-        .args(["estimate", "log.csv"])
-        .output()
-        .unwrap();
-    let error = text(&output.stderr);
-    assert!(
-        !output.status.success() && error.contains("with time_unit = \"ms\" it is 1000.0 Hz"),
-        "{error}"
-    );
+    let error = refused(robhaz(folder).args(["estimate", "log.csv"]));
+    assert_contains(&error, "with time_unit = \"ms\" it is 1000.0 Hz");
 }
 
 /// Repeated rows and a cut last row are named, too.

@@ -1,6 +1,8 @@
 //! Output folders of runs: what may be replaced, and what is left alone.
 
-use crate::support::{assert_contains, on_one_line, robhaz, short_scene, text, words};
+use crate::support::{
+    assert_contains, on_one_line, refused, robhaz, short_scene, succeeded, text, words,
+};
 use robhaz_scene::ControlKind;
 use std::fs;
 
@@ -17,26 +19,21 @@ fn an_existing_folder_is_safe() {
         if force {
             command.arg("--force");
         }
-        let output = command.output().unwrap();
-        assert!(!output.status.success());
-        assert_contains(text(&output.stderr), "precious");
+        assert_contains(refused(&mut command), "precious");
         assert_eq!(
             fs::read_to_string(dir.path().join("precious/thesis.txt")).unwrap(),
             "years"
         );
     }
     let run = |extra: &[&str]| {
-        robhaz(dir.path())
-            .args(["run", "short.toml", "--set", "record.duration=1"])
-            .args(extra)
-            .output()
-            .unwrap()
+        let mut command = robhaz(dir.path());
+        command.args(["run", "short.toml", "--set", "record.duration=1"]);
+        command.args(extra);
+        command
     };
-    assert!(run(&[]).status.success());
-    let refused = run(&[]);
-    assert!(!refused.status.success());
-    assert_contains(text(&refused.stderr), "--force");
-    assert!(run(&["--force", "--format", "csv"]).status.success());
+    succeeded(&mut run(&[]));
+    assert_contains(refused(&mut run(&[])), "--force");
+    succeeded(&mut run(&["--force", "--format", "csv"]));
     let run = dir.path().join("runs/short");
     assert!(run.join("truth.csv").exists() && !run.join("truth.parquet").exists());
 }
@@ -48,25 +45,17 @@ fn output_folders_are_distinguished() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
     let run = |out: &str, extra: &[&str]| {
-        robhaz(dir.path())
-            .args([
-                "run",
-                "short.toml",
-                "--set",
-                "record.duration=0.6",
-                "--out",
-                out,
-            ])
-            .args(extra)
-            .output()
-            .unwrap()
+        let mut command = robhaz(dir.path());
+        command.args(["run", "short.toml", "--set", "record.duration=0.6"]);
+        command.args(["--out", out]).args(extra);
+        command
     };
-    assert!(run("a/", &[]).status.success());
+    succeeded(&mut run("a/", &[]));
     assert!(dir.path().join("a/summary.json").exists());
     fs::create_dir(dir.path().join("empty")).unwrap();
-    assert!(run("empty", &[]).status.success());
+    succeeded(&mut run("empty", &[]));
     fs::write(dir.path().join("file"), "x").unwrap();
-    assert!(!run("file", &["--force"]).status.success());
+    refused(&mut run("file", &["--force"]));
     assert_eq!(fs::read_to_string(dir.path().join("file")).unwrap(), "x");
 
     // What broke off is kept until it is given up.
@@ -76,17 +65,16 @@ fn output_folders_are_distinguished() {
         dir.path().join("b.partial/scene.toml"),
     )
     .unwrap();
-    let refused = run("b", &[]);
-    assert_contains(text(&refused.stderr), "b.partial");
-    assert!(run("b", &["--force"]).status.success());
+    assert_contains(refused(&mut run("b", &[])), "b.partial");
+    succeeded(&mut run("b", &["--force"]));
 
     // A user's note in a run's folder, and a user's own scene, stop --force.
     fs::write(dir.path().join("a/note.txt"), "mine").unwrap();
-    assert!(!run("a", &["--force"]).status.success());
+    refused(&mut run("a", &["--force"]));
     assert!(dir.path().join("a/note.txt").exists());
     fs::create_dir(dir.path().join("own")).unwrap();
     fs::write(dir.path().join("own/scene.toml"), "").unwrap();
-    assert!(!run("own", &["--force"]).status.success());
+    refused(&mut run("own", &["--force"]));
     assert!(dir.path().join("own/scene.toml").exists());
 }
 
@@ -171,13 +159,9 @@ fn force_replaces_a_run_of_every_control() {
         }
         short_scene(dir.path(), &control);
         for format in ["parquet", "csv"] {
-            let output = robhaz(dir.path())
-                .args(["run", "short.toml", "--set", "record.duration=0.6"])
-                .args(["--out", "a", "--force", "--format", format])
-                .output()
-                .unwrap();
-            let said = text(&output.stderr);
-            assert!(output.status.success(), "{control}: {said}");
+            let mut command = robhaz(dir.path());
+            command.args(["run", "short.toml", "--set", "record.duration=0.6"]);
+            succeeded(command.args(["--out", "a", "--force", "--format", format]));
         }
     }
 }
@@ -199,12 +183,8 @@ fn a_run_in_progress_is_left_alone() {
         assert!(first.try_wait().unwrap().is_none());
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
-    let second = robhaz(dir.path())
-        .args(["run", "short.toml", "--out", "a", "--force"])
-        .output()
-        .unwrap();
-    let said = text(&second.stderr);
-    assert_contains(&said, "another run is writing");
+    let second = refused(robhaz(dir.path()).args(["run", "short.toml", "--out", "a", "--force"]));
+    assert_contains(second, "another run is writing");
     fs::create_dir(dir.path().join("a")).unwrap();
     fs::write(dir.path().join("a/mine"), "years").unwrap();
     let ended = first.wait_with_output().unwrap();
@@ -226,11 +206,7 @@ fn a_linked_output_folder_stays_a_link() {
     short_scene(dir.path(), "");
     fs::create_dir_all(dir.path().join("disk/results")).unwrap();
     std::os::unix::fs::symlink("disk/results", dir.path().join("a")).unwrap();
-    let output = robhaz(dir.path())
-        .args(["run", "short.toml", "--out", "a"])
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeded(robhaz(dir.path()).args(["run", "short.toml", "--out", "a"]));
     assert!(dir.path().join("a").is_symlink());
     assert!(dir.path().join("disk/results/summary.json").exists());
 }

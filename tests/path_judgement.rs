@@ -1,6 +1,6 @@
 //! `robhaz path`: agreement with driving in the simulator, and the command.
 
-use crate::support::{assert_contains, page_commands, robhaz, root, text};
+use crate::support::{assert_contains, page_commands, robhaz, root, succeeded, text};
 use rayon::prelude::*;
 use robhaz_path::{DriveKind, Options, PathSetup, judge};
 use robhaz_scene::Scene;
@@ -115,8 +115,7 @@ fn the_documented_commands_run() {
             Some(name) => scenes.join(name).display().to_string(),
             None => w.to_owned(),
         });
-        let output = robhaz(folder.path()).args(words).output().unwrap();
-        assert!(output.status.success(), "{line}: {}", text(&output.stderr));
+        let output = succeeded(robhaz(folder.path()).args(words));
         if line.ends_with("--json") {
             let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
             for key in [

@@ -1,6 +1,8 @@
 //! The command `robhaz run`: what it leaves behind, and what it says when a run breaks off.
 
-use crate::support::{assert_contains, on_one_line, robhaz, root, short_scene, text, words};
+use crate::support::{
+    assert_contains, on_one_line, refused, robhaz, root, short_scene, succeeded, text, words,
+};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
@@ -67,11 +69,7 @@ fn run_leaves_tables_figures_summary_and_scene() {
     // more than the start leaves.
     assert!(error["nrmse"].as_f64().unwrap() < 1e-2, "{error}");
 
-    let compared = robhaz(dir.path())
-        .args(["compare", "runs/short"])
-        .output()
-        .unwrap();
-    assert!(compared.status.success());
+    let compared = succeeded(robhaz(dir.path()).args(["compare", "runs/short"]));
     assert!(text(&compared.stdout).contains("paper-wheels"));
 }
 
@@ -86,22 +84,17 @@ fn several_scenes_run_one_after_the_other() {
     let run = |files: [&str; 2]| {
         let mut command = robhaz(dir.path());
         command.arg("run").args(files).args(["--out", "both"]);
-        command.output().unwrap()
+        command
     };
     std::fs::write(
         dir.path().join("same.toml"),
         format!("name = \"short\"\n{short}"),
     )
     .unwrap();
-    let refused = run(["short.toml", "same.toml"]);
-    let message = text(&refused.stderr);
-    assert!(
-        !refused.status.success() && message.contains("the same name"),
-        "{message}"
-    );
+    let message = refused(&mut run(["short.toml", "same.toml"]));
+    assert_contains(message, "the same name");
     assert!(!dir.path().join("both").exists());
-    let done = run(["short.toml", "other.toml"]);
-    assert!(done.status.success(), "{}", text(&done.stderr));
+    succeeded(&mut run(["short.toml", "other.toml"]));
     for name in ["short", "other"] {
         assert!(
             dir.path()
@@ -143,11 +136,14 @@ fn the_resolved_scene_runs_again_to_the_same_bits() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
     for (scene, out) in [("short.toml", "first"), ("first/scene.toml", "second")] {
-        let output = robhaz(dir.path())
-            .args(["run", scene, "--out", out, "--set", "record.duration=1"])
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeded(robhaz(dir.path()).args([
+            "run",
+            scene,
+            "--out",
+            out,
+            "--set",
+            "record.duration=1",
+        ]));
     }
     for name in [
         "truth.parquet",
@@ -169,12 +165,7 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     let scene = "[terrain]\nkind = \"step\"\nstart = 0.45\nkerb = -5\n\n[drive]\nspeed = 0.5\nstart_time = 0\n\n\
                  [engine]\nstart = \"raw\"\n\n[record]\nduration = 3.5\ncompare_from = 3\n";
     fs::write(dir.path().join("short.toml"), scene).unwrap();
-    let output = robhaz(dir.path())
-        .args(["run", "short.toml", "--format", "csv"])
-        .output()
-        .unwrap();
-    assert!(!output.status.success());
-    let said = text(&output.stderr);
+    let said = refused(robhaz(dir.path()).args(["run", "short.toml", "--format", "csv"]));
     assert_contains(&said, "has turned over");
     assert_contains(&said, "short.partial");
     assert!(!dir.path().join("runs/short").exists());
@@ -205,14 +196,13 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
 fn a_stuck_robot_is_reported() {
     let dir = tempfile::tempdir().unwrap();
     let scene = root().join("scenes/stairs.toml");
-    let output = robhaz(dir.path())
-        .args(["run", &scene.to_string_lossy(), "--engine", "direct"])
-        .args(words(
-            "--rerun off --out out --set record.duration=10 --set robot.geometry=A",
-        ))
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let output = succeeded(
+        robhaz(dir.path())
+            .args(["run", &scene.to_string_lossy(), "--engine", "direct"])
+            .args(words(
+                "--rerun off --out out --set record.duration=10 --set robot.geometry=A",
+            )),
+    );
     let shown = text(&output.stdout);
     assert_contains(&shown, "stairs: the robot is STUCK since 6.2 s");
     let summary = fs::read_to_string(dir.path().join("out/summary.json")).unwrap();
@@ -234,13 +224,9 @@ fn a_stuck_robot_is_reported() {
 fn seed_and_overrides_are_kept() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
-    let output = robhaz(dir.path())
-        .args(words(
-            "run short.toml --seed 42 --set drive.kp=2 --set record.duration=1",
-        ))
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeded(robhaz(dir.path()).args(words(
+        "run short.toml --seed 42 --set drive.kp=2 --set record.duration=1",
+    )));
     let run = dir.path().join("runs/short");
     assert!(
         fs::read_to_string(run.join("summary.json"))
@@ -270,9 +256,7 @@ fn runs_out_of_range_stop_with_a_reason() {
         for set in sets {
             command.args(["--set", set]);
         }
-        let output = command.output().unwrap();
-        assert!(!output.status.success(), "{name}");
-        on_one_line(&output.stderr)
+        on_one_line(refused(&mut command).as_bytes())
     };
     for engine in ["engine.kind=rapier", "engine.kind=direct"] {
         for (start, bump, expected) in [

@@ -1,7 +1,7 @@
 //! The command `robhaz study` on study files: the same dataset whatever happens on the way.
 #![cfg(unix)]
 
-use crate::support::{assert_contains, on_one_line, robhaz, text};
+use crate::support::{assert_contains, on_one_line, refused, robhaz, succeeded, text};
 use std::fs;
 use std::path::Path;
 use std::process::{Output, Stdio};
@@ -26,10 +26,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
 
 /// Runs a command that must succeed. Returns standard output.
 fn succeed(folder: &Path, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    let error = text(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {error}");
-    text(&output.stdout)
+    text(&succeeded(robhaz(folder).args(arguments)).stdout)
 }
 
 fn dataset(folder: &Path, name: &str) -> Vec<u8> {
@@ -152,20 +149,15 @@ fn a_changed_study_is_refused() {
         let path = dir.path().join(file);
         let before = fs::read_to_string(&path).unwrap();
         fs::write(&path, before.replace(old, new)).unwrap();
-        let output = run(dir.path(), &study_of);
-        let error = text(&output.stderr);
-        assert!(
-            !output.status.success() && error.contains(reason),
-            "{error}"
-        );
+        assert_contains(refused(robhaz(dir.path()).args(study_of)), reason);
         fs::write(&path, before).unwrap();
     }
     assert!(dataset(dir.path(), "out") == whole);
     // A folder with something else is left alone.
     fs::create_dir(dir.path().join("mine")).unwrap();
     fs::write(dir.path().join("mine/notes.txt"), "mine").unwrap();
-    let output = run(dir.path(), &["study", "study.toml", "--out", "mine"]);
-    assert!(text(&output.stderr).contains("holds no study"));
+    let error = refused(robhaz(dir.path()).args(["study", "study.toml", "--out", "mine"]));
+    assert_contains(error, "holds no study");
 }
 
 /// Ctrl-C ends a study in order: exit code 130, the number of finished runs, and the same command
@@ -205,16 +197,9 @@ fn a_full_disk_keeps_finished_runs() {
     let robhaz = env!("CARGO_BIN_EXE_robhaz");
     // 16 blocks of 512 or 1024 bytes: some ten lines.
     let script = format!("ulimit -f 16; exec '{robhaz}' study study.toml --out out");
-    let output = std::process::Command::new("sh")
-        .args(["-c", &script])
-        .current_dir(dir.path())
-        .output()
-        .unwrap();
-    let error = text(&output.stderr);
-    assert!(
-        !output.status.success() && error.contains("cannot write"),
-        "{error}"
-    );
+    let mut shell = std::process::Command::new("sh");
+    let error = refused(shell.args(["-c", &script]).current_dir(dir.path()));
+    assert_contains(error, "cannot write");
     let journal = fs::read_to_string(dir.path().join("out/runs.jsonl")).unwrap();
     assert!(
         journal.lines().count() > 3 && journal.ends_with('\n'),
@@ -313,21 +298,19 @@ fn mistakes_in_a_study_name_their_place() {
     ];
     for (axes, place, reason) in mistakes {
         let dir = study(axes);
-        let output = run(dir.path(), &["study", "study.toml", "--out", "out"]);
-        let error = on_one_line(&output.stderr);
-        assert!(!output.status.success(), "{axes}");
+        let error = refused(robhaz(dir.path()).args(["study", "study.toml", "--out", "out"]));
+        let error = on_one_line(error.as_bytes());
         assert_contains(&error, place);
         assert_contains(&error, reason);
         assert!(!dir.path().join("out").exists());
     }
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 2\n");
     fs::remove_file(dir.path().join("scene.toml")).unwrap();
-    let output = run(dir.path(), &["study", "study.toml"]);
-    let error = text(&output.stderr);
+    let error = refused(robhaz(dir.path()).args(["study", "study.toml"]));
     assert_contains(&error, "study.toml:1: scene");
     assert_contains(&error, "cannot be read");
-    let output = run(dir.path(), &["study", "study.toml", "--shard", "3/2"]);
-    assert!(text(&output.stderr).contains("I from 1 to N"));
+    let error = refused(robhaz(dir.path()).args(["study", "study.toml", "--shard", "3/2"]));
+    assert_contains(error, "I from 1 to N");
 }
 
 /// A digit that changes in the journal of a stopped study is found by its line's checksum and said,
@@ -390,12 +373,8 @@ fn a_failing_run_does_not_stop_the_others() {
     assert_contains(&said, "1 of them failed: see the column error.");
     // Where no run can succeed the study is refused.
     let dir = study(&axes("[0.04, 0.05]").replace("[0.02, 0.06]", "[0.06, 0.07]"));
-    let output = run(dir.path(), &["study", "study.toml", "--out", "out"]);
-    let error = text(&output.stderr);
-    assert!(
-        !output.status.success() && error.contains("below record.duration"),
-        "{error}"
-    );
+    let error = refused(robhaz(dir.path()).args(["study", "study.toml", "--out", "out"]));
+    assert_contains(error, "below record.duration");
 }
 
 /// `--dry-run` lists the runs, their simulated time and the truths that they share, also with
@@ -453,9 +432,7 @@ fn options_of_the_other_kind_of_study_are_refused() {
         (vec!["study", "scene.toml", "--shard", "1/2"], "--out DIR"),
     ];
     for (arguments, answer) in cases {
-        let output = run(dir.path(), &arguments);
-        let error = text(&output.stderr).replace("\n  │ ", " ");
-        assert!(!output.status.success(), "{arguments:?}");
-        assert!(error.contains(answer), "{arguments:?}: {error}");
+        let error = refused(robhaz(dir.path()).args(arguments));
+        assert_contains(error.replace("\n  │ ", " "), answer);
     }
 }

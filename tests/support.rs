@@ -8,7 +8,7 @@ use robhaz_score::{Rule, Score};
 use robhaz_sim::Truth;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 use std::sync::{Arc, Mutex, OnceLock};
 use tempfile::TempDir;
 
@@ -34,6 +34,24 @@ pub fn robhaz(folder: &Path) -> Command {
     command
 }
 
+/// The output of a command that succeeds.
+#[track_caller]
+pub fn succeeded(command: &mut Command) -> Output {
+    let output = command.output().unwrap();
+    let error = text(&output.stderr);
+    assert!(output.status.success(), "{command:?}: {error}");
+    output
+}
+
+/// The error of a command that fails.
+#[track_caller]
+pub fn refused(command: &mut Command) -> String {
+    let output = command.output().unwrap();
+    let said = text(&output.stdout);
+    assert!(!output.status.success(), "{command:?}: {said}");
+    text(&output.stderr)
+}
+
 /// The words of a command line, none with a space.
 pub fn words(line: &str) -> Vec<&str> {
     line.split(' ').collect()
@@ -50,8 +68,7 @@ pub fn with_run(arguments: &[&str]) -> TempDir {
         let mut command = robhaz(made.path());
         command.arg("run").arg(root().join("scenes/smooth.toml"));
         command.args(["--engine", "direct", "--rerun", "off", "--out", "run"]);
-        let output = command.args(arguments).output().unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeded(command.args(arguments));
         let folders = ["run", "run/figures"].map(|name| made.path().join(name));
         let entries = folders.iter().flat_map(|f| std::fs::read_dir(f).unwrap());
         let paths = entries.map(|entry| entry.unwrap().path());
@@ -76,9 +93,7 @@ pub fn with_run(arguments: &[&str]) -> TempDir {
 pub fn cargo(arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO"));
     command.args(arguments).args(["--offline", "--locked"]);
-    let output = command.current_dir(root()).output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    text(&output.stdout)
+    text(&succeeded(command.current_dir(root())).stdout)
 }
 
 /// Output of the command as text.

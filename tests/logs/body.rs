@@ -2,7 +2,7 @@
 //! own rates.
 
 use super::recorded::{estimate, estimated, refused, summary};
-use crate::support::{assert_contains, columns, robhaz, root, text, words};
+use crate::support::{assert_contains, columns, robhaz, root, succeeded, text, words};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -21,8 +21,7 @@ fn recorded_drive(folder: &Path) {
     ] {
         run.args(["--set", set]);
     }
-    let output = run.output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeded(&mut run);
     let [sensors, truth] =
         ["sensors", "truth"].map(|name| columns(&folder.join(format!("run/{name}.csv"))));
     let table = |name: &str, each: usize, made: &[(&str, Vec<f64>)]| {
@@ -138,10 +137,8 @@ fn the_exported_table_of_a_rover_has_no_fault() {
     let rover = root().join("robots/open-source-rover.toml");
     let rover = rover.to_str().unwrap();
     let done = |args: &[&str]| {
-        let output = robhaz(folder.path()).args(args).output().unwrap();
-        let said = text(&output.stdout) + &text(&output.stderr);
-        assert!(output.status.success(), "{said}");
-        said
+        let output = succeeded(robhaz(folder.path()).args(args));
+        text(&output.stdout) + &text(&output.stderr)
     };
     let engine = ["--engine", "direct", "--rerun", "off", "--out", "run"];
     done(&[&["run", rover], &engine[..]].concat());

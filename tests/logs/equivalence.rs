@@ -1,7 +1,7 @@
 //! A recorded run gives the estimates and errors of the run, in every format.
 
 use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded, summary};
-use crate::support::{assert_contains, robhaz, root, text};
+use crate::support::{assert_contains, robhaz, root, succeeded, text};
 
 /// Equivalence: the folder of a run, its table alone, and the estimate's own folder give the run's
 /// estimates to the bit, as Parquet and as CSV, with lost readings and model errors.
@@ -101,12 +101,7 @@ fn an_exported_log_carries_its_robot() {
     let at = folder.path();
     let scene = root().join("robots/exomy.toml");
     let run = |args: &[&str]| {
-        let output = robhaz(at).args(args).output().unwrap();
-        assert!(
-            output.status.success(),
-            "{args:?}: {}",
-            text(&output.stderr)
-        );
+        let output = succeeded(robhaz(at).args(args));
         text(&output.stderr).to_owned()
     };
     let short = ["--engine", "direct", "--set", "record.duration=3"];
@@ -135,12 +130,7 @@ fn exported_logs_give_the_same_estimates() {
     let names = ESTIMATES.map(|e| format!("estimate-{e}.parquet"));
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     for format in ["mcap", "csv"] {
-        let mut export = robhaz(folder.path());
-        let output = export
-            .args(["export", "run", "--to", format])
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        let output = succeeded(robhaz(folder.path()).args(["export", "run", "--to", format]));
         assert_contains(text(&output.stdout), "2501 rows");
         estimated(folder.path(), &["run", "--out", "direct", "--force"]);
         let log = format!("run.{format}");
@@ -168,8 +158,8 @@ fn exported_logs_give_the_same_estimates() {
 fn the_results_of_a_log_show_needed_friction_flags_and_health() {
     let (folder, _) = recorded("csv", &[]);
     estimated(folder.path(), &["run", "--out", "log", "--format", "csv"]);
-    let done = |args: &[&str]| robhaz(folder.path()).args(args).output().unwrap();
-    assert!(done(&["export", "log", "--to", "csv"]).status.success());
+    let done = |args: &[&str]| succeeded(robhaz(folder.path()).args(args));
+    done(&["export", "log", "--to", "csv"]);
     let mut exported = csv::Reader::from_path(folder.path().join("log.csv")).unwrap();
     let names = exported.headers().unwrap().clone();
     let column = |name: &str| names.iter().position(|n| n == name).unwrap();
@@ -186,7 +176,7 @@ fn the_results_of_a_log_show_needed_friction_flags_and_health() {
         assert!(found.is_none_or(|d| d == 0.0) && number(needed).is_some() == expected.is_some());
     }
 
-    assert!(done(&["report", "log"]).status.success());
+    done(&["report", "log"]);
     let page = std::fs::read_to_string(folder.path().join("log/report.html")).unwrap();
     assert!(!page.contains("Errors of the estimators"));
     let found = summary(&folder.path().join("log"));
@@ -213,13 +203,8 @@ fn a_cut_table_of_forces_is_left_out_of_an_export() {
     let truth = std::fs::read(run.join("truth.parquet")).unwrap();
     std::fs::write(run.join("truth.parquet"), &truth[..truth.len() / 2]).unwrap();
     for to in ["csv", "mcap"] {
-        let mut command = robhaz(folder.path());
-        let output = command
-            .args(["export", "run", "--to", to])
-            .output()
-            .unwrap();
+        let output = succeeded(robhaz(folder.path()).args(["export", "run", "--to", to]));
         let said = text(&output.stderr);
-        assert!(output.status.success(), "{said}");
         assert_contains(&said, "left out: run/truth.parquet cannot be read");
         let printed = text(&output.stdout);
         assert_contains(&printed, "2501 rows");

@@ -3,7 +3,7 @@
 use super::recorded::{
     changed, estimate, estimated, place_of, recorded, refused, rewritten, summary,
 };
-use crate::support::{assert_contains, robhaz};
+use crate::support::{assert_contains, robhaz, succeeded};
 use std::path::Path;
 
 /// A log of a run at rest and slow, as lines of text: the names, then the rows.
@@ -233,11 +233,8 @@ fn a_faulty_table_is_left_out_of_an_export() {
         true
     });
     for format in ["csv", "mcap"] {
-        let mut export = robhaz(folder.path());
-        let output = export.args(["export", "run", "--to", format]).output();
-        let output = output.unwrap();
+        let output = succeeded(robhaz(folder.path()).args(["export", "run", "--to", format]));
         let said = crate::support::text(&output.stderr);
-        assert!(output.status.success(), "{said}");
         let place = "left out: run/estimate-kalman.csv, line 1001, column wheel2_normal_force: found \"suspect";
         assert_contains(&said, place);
         let parts = crate::support::text(&output.stdout);
@@ -270,9 +267,7 @@ fn a_log_without_an_estimate_says_so() {
     let said = String::from_utf8_lossy(&output.stdout);
     assert_contains(&said, "No estimator has an estimate");
     assert!(!said.contains("Without truth"), "{said}");
-    let mut report = robhaz(folder.path());
-    let made = report.args(["report", "runs/upside-estimate"]).status();
-    assert!(made.unwrap().success());
+    succeeded(robhaz(folder.path()).args(["report", "runs/upside-estimate"]));
     let page = folder.path().join("runs/upside-estimate/report.html");
     let page = std::fs::read_to_string(page).unwrap();
     for part in ["How it was made", "upside.csv", "[budget]"] {

@@ -1,7 +1,7 @@
 //! What a log without a channel, of a parked robot, or a wrong unit is said to be, and no more.
 
 use crate::readings::level_drive::{DESCRIPTION, LevelDrive, check, estimate, logged};
-use crate::support::{assert_contains, robhaz, text};
+use crate::support::{assert_contains, refused, robhaz, text};
 use std::fs;
 use tempfile::TempDir;
 
@@ -178,26 +178,21 @@ fn a_parked_robot_has_no_column_twice() {
 fn impossible_numbers_name_their_unit() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    let refused = |scene: &str, parts: &[&str]| {
+    let not_run = |scene: &str, parts: &[&str]| {
         fs::write(folder.join("scene.toml"), scene).unwrap();
-        let mut command = robhaz(folder);
-        let output = command
-            .args(["run", "scene.toml", "--rerun", "off"])
-            .output()
-            .unwrap();
-        let error = text(&output.stderr);
-        assert!(!output.status.success(), "{scene}");
+        let run = ["run", "scene.toml", "--rerun", "off"];
+        let error = refused(robhaz(folder).args(run));
         for part in parts {
-            assert!(error.contains(part), "{error}\nlacks: {part}");
+            assert_contains(&error, part);
         }
     };
     let stiffness = "[terrain]\nkind = \"flat\"\n[contact]\nstiffness = 150\n";
-    refused(
+    not_run(
         stiffness,
         &["sink by 0.568 m", "N/m^2.1: 150 N/mm^2.1 is 2.99e8"],
     );
     let linear = "[contact]\nstiffness = 150\nexponent = 1\n";
-    refused(linear, &["sink by 0.305 m", "N/m^1: 150 N/mm^1 is 150000"]);
+    not_run(linear, &["sink by 0.305 m", "N/m^1: 150 N/mm^1 is 150000"]);
     let mass = fs::read_to_string(crate::support::root().join("robots/mass-caption.toml")).unwrap();
     for (key, value, found) in [
         ("body_inertia", "760", "760 kg cm^2 are 0.076"),
@@ -209,7 +204,7 @@ fn impossible_numbers_name_their_unit() {
             false => format!("{line}\n"),
         });
         fs::write(folder.join("mass.toml"), lines.collect::<String>()).unwrap();
-        refused(
+        not_run(
             "[robot]\nmass = \"mass.toml\"\n",
             &[key, "the unit is kg m^2", found],
         );

@@ -1,7 +1,7 @@
 //! The instant of a reading: stamps that err, drives with stamps of their own.
 
 use super::level_drive::{
-    LevelDrive, check, estimate, estimate_of, in_the_plane, largest_error, logged, normal,
+    LevelDrive, check, estimate, estimate_of, in_the_plane, largest_error, logged, normal, sound,
 };
 use crate::support::{assert_contains, text};
 use std::fmt::Write as _;
@@ -189,8 +189,7 @@ fn a_table_may_be_made_of_several() {
         }
     });
     let folder = dir.path();
-    let checked = check(folder);
-    assert!(checked.status.success(), "{}", text(&checked.stdout));
+    sound(folder);
     let estimated = text(&estimate(folder).stderr);
     assert_contains(&estimated, "was made of 2 tables");
     let error = largest_error(folder);
@@ -220,8 +219,7 @@ fn repeated_readings_count_once() {
             }
         });
         let folder = dir.path();
-        let checked = check(folder);
-        assert!(checked.status.success(), "{}", text(&checked.stdout));
+        sound(folder);
         let estimated = text(&estimate(folder).stderr);
         assert!(
             estimated.contains("new in every 5th row only, at 20 Hz"),
@@ -245,9 +243,7 @@ fn rows_of_a_burst_count_at_even_times() {
         }
     });
     let folder = dir.path();
-    let checked = check(folder);
-    let [printed, warned] = [&checked.stdout, &checked.stderr].map(|of| text(of));
-    assert!(checked.status.success(), "{printed}");
+    let [printed, warned] = sound(folder);
     assert_contains(&warned, "in bursts of 5.0 in the mean");
     assert!(!printed.contains("gap(s)"), "{printed}");
     estimate(folder);
@@ -266,8 +262,7 @@ fn angles_with_few_digits_have_the_counts_of_the_coarsest_part() {
     };
     let dir = logged(&in_the_plane(), |drive| drive.change("_angle", rounded));
     let folder = dir.path();
-    let checked = check(folder);
-    assert!(checked.status.success(), "{}", text(&checked.stdout));
+    sound(folder);
     let estimated = text(&estimate(folder).stderr);
     assert_contains(&estimated, "as their steps show");
     let error = largest_error(folder);

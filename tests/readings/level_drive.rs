@@ -1,6 +1,6 @@
 //! A drive on level ground whose forces are known in closed form, as a log that a test then spoils.
 
-use crate::support::{columns, robhaz, text, words};
+use crate::support::{assert_contains, columns, robhaz, text, words};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use robhaz_model::Robot;
@@ -169,6 +169,27 @@ pub fn estimate_of(folder: &Path, log: &str) -> Output {
     command.output().unwrap()
 }
 
+/// `check` finds no fault: what it printed and warned of.
+#[track_caller]
+pub fn sound(folder: &Path) -> [String; 2] {
+    let output = check(folder);
+    let said = [&output.stdout, &output.stderr].map(|of| text(of));
+    assert!(output.status.success(), "{said:?}");
+    said
+}
+
+/// Both commands refuse the log, with an error that has these parts.
+#[track_caller]
+pub fn refused(folder: &Path, log: &str, parts: &[&str]) {
+    for output in [check_of(folder, log), estimate_of(folder, log)] {
+        let error = text(&output.stderr);
+        assert!(!output.status.success(), "not refused: {parts:?}");
+        for part in parts {
+            assert_contains(&error, part);
+        }
+    }
+}
+
 /// Largest error of N in the steady part, N: the estimate in `out` against the static loads.
 pub fn largest_error(folder: &Path) -> f64 {
     let loads = Robot::default_a().static_loads().unwrap();
@@ -191,8 +212,7 @@ pub fn largest_error(folder: &Path) -> f64 {
 fn the_level_drive_has_its_static_loads() {
     let dir = logged(DESCRIPTION, |_| ());
     let folder = dir.path();
-    let checked = check(folder);
-    assert!(checked.status.success(), "{}", text(&checked.stdout));
+    sound(folder);
     let estimated = estimate(folder);
     assert!(estimated.status.success(), "{}", text(&estimated.stderr));
     let error = largest_error(folder);

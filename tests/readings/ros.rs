@@ -1,6 +1,6 @@
 //! Messages of ROS 2 as nodes publish them, and bags as `ros2 bag` leaves them.
 
-use crate::readings::level_drive::{LevelDrive, check_of, estimate_of, largest_error};
+use crate::readings::level_drive::{LevelDrive, check_of, estimate_of, largest_error, refused};
 use crate::readings::messages::{
     IMU, JOINTS, START, Sample, Topics, at_rest, description, imu, inclined, joints, samples,
 };
@@ -47,16 +47,6 @@ fn is_right(folder: &Path, log: &str) {
     }
     let error = largest_error(folder);
     assert!(error < 2.0, "{error} N");
-}
-
-fn refused(folder: &Path, log: &str, parts: &[&str]) {
-    for output in [check_of(folder, log), estimate_of(folder, log)] {
-        let error = text(&output.stderr);
-        assert!(!output.status.success(), "{error}");
-        for part in parts {
-            assert!(error.contains(part), "{error}\nlacks: {part}");
-        }
-    }
 }
 
 fn written(topics: &Topics, description: &str) -> tempfile::TempDir {
