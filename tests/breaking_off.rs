@@ -2,7 +2,7 @@
 //! and nothing that is not complete looks finished.
 #![cfg(unix)]
 
-use crate::support::{assert_contains, on_one_line, refused, succeeded, words};
+use crate::support::{assert_contains, on_one_line, refused, succeeded, summary, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -130,8 +130,7 @@ fn a_stopped_run_keeps_all_its_records() {
         assert_contains(&shown, "broke off at");
 
         assert!(!dir.path().join("runs/long").exists());
-        let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let summary = summary(&partial);
         let reason = summary["broken_off"]["reason"].as_str().unwrap();
         assert_contains(reason, cause);
         let end = summary["broken_off"]["time_s"].as_f64().unwrap();
@@ -278,8 +277,7 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
         let rest = words("--estimator true-mass --rerun off --out again");
         let estimate = robhaz(dir.path(), &[&truth_of[..], &rest].concat());
         succeeded(&mut { estimate });
-        let summary = fs::read_to_string(dir.path().join("again/summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let summary = summary(&dir.path().join("again"));
         // Records with a truth, from 0.1 s on: at least one group.
         let samples = summary["estimators"]["true-mass"]["samples"].as_u64();
         assert!(samples > Some(16_384 - 100), "{samples:?}");

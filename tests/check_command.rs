@@ -1,6 +1,8 @@
 //! `robhaz check`, and the way from an unknown log to forces in `docs/log-to-forces.md`.
 
-use crate::support::{assert_contains, columns, refused, robhaz, root, succeeded, text, with_run};
+use crate::support::{
+    assert_contains, columns, refused, robhaz, root, succeeded, summary, text, with_run,
+};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -204,8 +206,7 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     let said = text(&succeeded(&mut command(folder, COMMANDS[3])).stdout);
     assert!(!said.contains("CONTRADICT"), "{said}");
     succeeded(&mut command(folder, COMMANDS[4]));
-    let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let summary = summary(&folder.join("runs/drive-estimate"));
     let means = &summary["estimators"]["kalman"]["means"]["normal_force"];
     let sum: f64 = (0..3).map(|i| means[i].as_f64().unwrap()).sum();
     // More than the weight: wheels that work against each other press on slopes. Within 1 % of the
@@ -225,8 +226,7 @@ fn an_estimate_tells_a_contradiction() {
     let said = text(&estimated.stdout);
     assert_contains(&said, "READINGS CONTRADICT EACH OTHER");
     assert_contains(&said, "gyroscope 2 from");
-    let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let summary = summary(&folder.join("runs/drive-estimate"));
     let faulty = &summary["estimators"]["kalman"]["faulty_channels"]["gyroscope 2"];
     assert!(faulty["records"].as_u64().unwrap() > 1000, "{faulty}");
 }

@@ -1,6 +1,6 @@
 //! A bar that touches the ground: the run says so, `verify` fails, `path` says no-go.
 
-use crate::support::{assert_contains, robhaz, root, scene, succeeded, text};
+use crate::support::{assert_contains, robhaz, root, scene, succeeded, summary, text};
 use robhaz_path::{Options, PathSetup, Reason, judge};
 use std::process::Output;
 
@@ -64,8 +64,7 @@ fn a_run_says_where_a_bar_touched() {
                 .args(["--set", "record.rate=100", "--engine", "direct"])
                 .args(extra),
         );
-        let summary = std::fs::read(dir.path().join(out).join("summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        let summary = summary(&dir.path().join(out));
         (text(&output.stdout), summary)
     };
     let (said, summary) = run("high", &[]);

@@ -1,6 +1,8 @@
 //! The command as a user types it: new scenes, help, comparisons.
 
-use crate::support::{assert_contains, refused, robhaz, root, short_scene, succeeded, text};
+use crate::support::{
+    assert_contains, refused, robhaz, root, short_scene, succeeded, summary, text,
+};
 use std::fs;
 
 /// A new scene is that of the defaults with three of the five estimators; it is not written over
@@ -78,11 +80,9 @@ fn keys_completions_and_manual_are_printed() {
 /// The comparison for scripts has the numbers of `summary.json`.
 #[test]
 fn runs_are_compared_for_scripts() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     succeeded(robhaz(dir.path()).args(["run", "short.toml", "--out", "a|b"]));
-    let summary = std::fs::read_to_string(dir.path().join("a|b/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let summary = summary(&dir.path().join("a|b"));
     let output = succeeded(robhaz(dir.path()).args(["--json", "compare", "a|b"]));
     let rows: Vec<serde_json::Value> = serde_json::from_str(&text(&output.stdout)).unwrap();
     assert!(!rows.is_empty());

@@ -2,6 +2,7 @@
 
 use crate::support::{
     assert_contains, on_one_line, refused, robhaz, short_scene, succeeded, text, words,
+    write_short_scene,
 };
 use robhaz_scene::ControlKind;
 use std::fs;
@@ -9,8 +10,7 @@ use std::fs;
 /// Nothing is overwritten unasked, and never what is not a run.
 #[test]
 fn an_existing_folder_is_safe() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     fs::create_dir(dir.path().join("precious")).unwrap();
     fs::write(dir.path().join("precious/thesis.txt"), "years").unwrap();
     for force in [false, true] {
@@ -42,8 +42,7 @@ fn an_existing_folder_is_safe() {
 /// beside the run.
 #[test]
 fn output_folders_are_distinguished() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let run = |out: &str, extra: &[&str]| {
         let mut command = robhaz(dir.path());
         command.args(["run", "short.toml", "--set", "record.duration=0.6"]);
@@ -82,8 +81,7 @@ fn output_folders_are_distinguished() {
 /// nor where that is a link.
 #[test]
 fn force_removes_only_what_a_run_wrote() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let run = |out: &str| {
         let output = robhaz(dir.path())
             .args(["run", "short.toml", "--set", "record.duration=0.6"])
@@ -157,7 +155,7 @@ fn force_replaces_a_run_of_every_control() {
         if kind == ControlKind::FrictionTest {
             control += "[drive.friction_test]\nstart = 0.55\n";
         }
-        short_scene(dir.path(), &control);
+        write_short_scene(dir.path(), &control);
         for format in ["parquet", "csv"] {
             let mut command = robhaz(dir.path());
             command.args(["run", "short.toml", "--set", "record.duration=0.6"]);
@@ -171,8 +169,7 @@ fn force_replaces_a_run_of_every_control() {
 #[cfg(unix)]
 #[test]
 fn a_run_in_progress_is_left_alone() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let mut first = robhaz(dir.path())
         .args(["run", "short.toml", "--out", "a", "--pace", "real-time"])
         .stdout(std::process::Stdio::null())
@@ -202,8 +199,7 @@ fn a_run_in_progress_is_left_alone() {
 #[cfg(unix)]
 #[test]
 fn a_linked_output_folder_stays_a_link() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     fs::create_dir_all(dir.path().join("disk/results")).unwrap();
     std::os::unix::fs::symlink("disk/results", dir.path().join("a")).unwrap();
     succeeded(robhaz(dir.path()).args(["run", "short.toml", "--out", "a"]));
@@ -214,8 +210,7 @@ fn a_linked_output_folder_stays_a_link() {
 /// A start that fails leaves no folder, and says why in one chain.
 #[test]
 fn a_start_that_fails_leaves_no_folder() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     for (set, reason) in [
         ("robot.geometry.body_cg=[1.0, 0.3]", "tips forward"),
         (

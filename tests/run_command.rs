@@ -1,7 +1,8 @@
 //! The command `robhaz run`: what it leaves behind, and what it says when a run breaks off.
 
 use crate::support::{
-    assert_contains, on_one_line, refused, robhaz, root, short_scene, succeeded, text, words,
+    assert_contains, on_one_line, refused, robhaz, root, short_scene, succeeded, summary, text,
+    words, write_short_scene,
 };
 use std::fs;
 use std::path::Path;
@@ -9,7 +10,7 @@ use std::process::Output;
 
 /// Runs a scene of one second in a folder.
 fn run_short(folder: &Path) -> Output {
-    short_scene(folder, "");
+    write_short_scene(folder, "");
     let mut command = robhaz(folder);
     command.args(["run", "short.toml"]).output().unwrap()
 }
@@ -57,8 +58,7 @@ fn run_leaves_tables_figures_summary_and_scene() {
     // No progress bar in a pipe.
     assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
 
-    let summary: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(run.join("summary.json")).unwrap()).unwrap();
+    let summary = summary(&run);
     assert_eq!(summary["scene"], "short");
     assert_eq!(summary["engine"], "rapier");
     assert_eq!(summary["seed"], 0);
@@ -77,8 +77,7 @@ fn run_leaves_tables_figures_summary_and_scene() {
 /// before the first runs.
 #[test]
 fn several_scenes_run_one_after_the_other() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let short = std::fs::read_to_string(dir.path().join("short.toml")).unwrap();
     std::fs::write(dir.path().join("other.toml"), &short).unwrap();
     let run = |files: [&str; 2]| {
@@ -110,8 +109,7 @@ fn several_scenes_run_one_after_the_other() {
 /// being replaced.
 #[test]
 fn a_run_has_a_page() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let done = |args: &[&str]| {
         let output = robhaz(dir.path()).args(args).output().unwrap();
         (output.status.success(), text(&output.stderr))
@@ -133,8 +131,7 @@ fn a_run_has_a_page() {
 /// itself.
 #[test]
 fn the_resolved_scene_runs_again_to_the_same_bits() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     for (scene, out) in [("short.toml", "first"), ("first/scene.toml", "second")] {
         succeeded(robhaz(dir.path()).args([
             "run",
@@ -172,7 +169,7 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     let table = fs::read_to_string(dir.path().join("runs/short.partial/truth.csv")).unwrap();
     assert!(table.starts_with("time,"));
     // It is compared, and does not pass for a complete run.
-    short_scene(dir.path(), "");
+    write_short_scene(dir.path(), "");
     let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg"];
     let mut command = robhaz(dir.path());
     command.args(["run", "short.toml", "--out", "steep"]);
@@ -205,8 +202,7 @@ fn a_stuck_robot_is_reported() {
     );
     let shown = text(&output.stdout);
     assert_contains(&shown, "stairs: the robot is STUCK since 6.2 s");
-    let summary = fs::read_to_string(dir.path().join("out/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let summary = summary(&dir.path().join("out"));
     let since = summary["progress"]["stuck_since_s"].as_f64().unwrap();
     assert!((since - 6.2).abs() < 0.1, "{since}");
     assert_eq!(
@@ -222,8 +218,7 @@ fn a_stuck_robot_is_reported() {
 /// `--seed` and `--set` end up in the resolved scene and in the summary.
 #[test]
 fn seed_and_overrides_are_kept() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     succeeded(robhaz(dir.path()).args(words(
         "run short.toml --seed 42 --set drive.kp=2 --set record.duration=1",
     )));
@@ -241,8 +236,7 @@ fn seed_and_overrides_are_kept() {
 /// Runs that leave what the simulation knows say so: a robot on its back, a start inside a bump.
 #[test]
 fn runs_out_of_range_stop_with_a_reason() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let run = |name: &str, sets: &[&str]| {
         let mut command = robhaz(dir.path());
         command.args([

@@ -7,8 +7,7 @@ use std::fs;
 /// with a folder leaves its dataset, also of shards.
 #[test]
 fn study_prints_a_table_and_writes_its_dataset() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let study = |more: &[&str]| {
         let output = succeeded(
             robhaz(dir.path())
@@ -56,8 +55,7 @@ fn study_prints_a_table_and_writes_its_dataset() {
 /// What cannot be studied is refused with the reason.
 #[test]
 fn study_refuses_what_it_cannot_do() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let cases = [
         (vec!["--set", "estimator=[]"], "no estimator"),
         (vec!["--seeds", "0"], "1..=10000"),

@@ -124,17 +124,24 @@ pub fn page_commands(page: &str) -> Vec<String> {
         .collect()
 }
 
-/// A scene of one second that a test may edit.
-pub fn short_scene(folder: &Path, extra: &str) -> PathBuf {
-    let path = folder.join("short.toml");
-    std::fs::write(
-        &path,
-        format!(
-            "[terrain]\nkind = \"flat\"\n\n[record]\nduration = 1.5\ncompare_from = 0.5\n{extra}"
-        ),
-    )
-    .unwrap();
-    path
+/// Writes `short.toml`, a scene of one and a half seconds.
+pub fn write_short_scene(folder: &Path, extra: &str) {
+    let record = "[record]\nduration = 1.5\ncompare_from = 0.5\n";
+    let text = format!("[terrain]\nkind = \"flat\"\n\n{record}{extra}");
+    std::fs::write(folder.join("short.toml"), text).unwrap();
+}
+
+/// A folder with that scene.
+pub fn short_scene() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    write_short_scene(folder.path(), "");
+    folder
+}
+
+/// The summary of the run or estimate in a folder.
+pub fn summary(folder: &Path) -> serde_json::Value {
+    let json = std::fs::read(folder.join("summary.json")).unwrap();
+    serde_json::from_slice(&json).unwrap()
 }
 
 /// The truth of a whole scene at each record.

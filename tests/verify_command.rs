@@ -6,8 +6,7 @@ use crate::support::{assert_contains, robhaz, short_scene, text};
 /// memory is refused.
 #[test]
 fn verify_prints_a_verdict_a_line() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let output = robhaz(dir.path())
         .args(["verify", "short.toml"])
         .output()
@@ -31,8 +30,7 @@ fn verify_prints_a_verdict_a_line() {
 #[test]
 fn verify_survives_its_reader_and_its_engines() {
     use std::io::Read;
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let mut child = robhaz(dir.path())
         .args(["verify", "short.toml"])
         .stdout(std::process::Stdio::piped())

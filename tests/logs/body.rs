@@ -1,8 +1,8 @@
 //! Logs of a rover with an inertial sensor in the body and the angle of pin Q, in tables of their
 //! own rates.
 
-use super::recorded::{estimate, estimated, refused, summary};
-use crate::support::{assert_contains, columns, robhaz, root, succeeded, text, words};
+use super::recorded::{estimate, estimated, refused};
+use crate::support::{assert_contains, columns, robhaz, root, succeeded, summary, text, words};
 use std::fmt::Write as _;
 use std::path::Path;
 

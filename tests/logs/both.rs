@@ -1,8 +1,8 @@
 //! Logs of both sides of a rover. The drive is of another simulator: `both/README.md`.
 #![allow(clippy::float_cmp, reason = "the same bits")]
 
-use super::recorded::{estimated, rewritten, summary};
-use crate::support::{assert_contains, columns, robhaz, root, text};
+use super::recorded::{estimated, rewritten};
+use crate::support::{assert_contains, columns, robhaz, root, summary, text};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
 use robhaz_scene::LogChoice;

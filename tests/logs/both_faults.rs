@@ -1,8 +1,8 @@
 //! Logs of both sides with faults, and what `check` and `estimate` say of them.
 
 use super::both::{BUDGET, checked, difference, drive, estimate, fixture, folder, forces, robot};
-use super::recorded::{changed, refused, rewritten, summary};
-use crate::support::{assert_contains, robhaz, text};
+use super::recorded::{changed, refused, rewritten};
+use crate::support::{assert_contains, robhaz, summary, text};
 use std::f64::consts::PI;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! A recorded run gives the estimates and errors of the run, in every format.
 
-use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded, summary};
-use crate::support::{assert_contains, robhaz, root, succeeded, text};
+use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded};
+use crate::support::{assert_contains, robhaz, root, succeeded, summary, text};
 
 /// Equivalence: the folder of a run, its table alone, and the estimate's own folder give the run's
 /// estimates to the bit, as Parquet and as CSV, with lost readings and model errors.

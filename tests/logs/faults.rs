@@ -1,9 +1,7 @@
 //! Faults of logs: what is usable is estimated and counted, the rest is an error with its place.
 
-use super::recorded::{
-    changed, estimate, estimated, place_of, recorded, refused, rewritten, summary,
-};
-use crate::support::{assert_contains, robhaz, succeeded};
+use super::recorded::{changed, estimate, estimated, place_of, recorded, refused, rewritten};
+use crate::support::{assert_contains, robhaz, succeeded, summary};
 use std::path::Path;
 
 /// A log of a run at rest and slow, as lines of text: the names, then the rows.
@@ -166,8 +164,7 @@ fn a_truth_that_cannot_be_used_says_why() {
         let args = [&["run", "--truth", truth], &out[..]].concat();
         let output = super::recorded::estimate(folder.path(), &args);
         assert!(output.status.success(), "{truth}");
-        let summary = std::fs::read(folder.path().join("compared/summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        let summary = summary(&folder.path().join("compared"));
         summary["estimators"]["kalman"]["normal_force"].clone()
     };
     in_unit("newton.csv", "N", 1.0);

@@ -1,8 +1,8 @@
 //! The same faults in each format: lost rows, a recording that was killed, tables with clocks of
 //! their own.
 
-use super::recorded::{estimated, recorded, refused, summary};
-use crate::support::{assert_contains, robhaz};
+use super::recorded::{estimated, recorded, refused};
+use crate::support::{assert_contains, robhaz, summary};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Logs of other sources: standard messages, and tables with clocks, rates and units of their own.
 
-use super::recorded::{estimated, recorded, refused, summary};
-use crate::support::{assert_contains, robhaz, root, words};
+use super::recorded::{estimated, recorded, refused};
+use crate::support::{assert_contains, robhaz, root, summary, words};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -45,11 +45,6 @@ pub fn refused(folder: &Path, args: &[&str]) -> String {
     on_one_line(&output.stderr)
 }
 
-pub fn summary(folder: &Path) -> serde_json::Value {
-    let json = std::fs::read_to_string(folder.join("summary.json")).unwrap();
-    serde_json::from_str(&json).unwrap()
-}
-
 /// The rows of a table, changed by `change` (row, cells), below its header.
 pub fn rewritten(table: &Path, out: &Path, change: impl Fn(usize, &mut Vec<String>) -> bool) {
     let text = std::fs::read_to_string(table).unwrap();
