@@ -36,6 +36,11 @@ pub(super) fn estimate(folder: &Path, log: &Path, more: &[&str]) -> String {
     estimated(folder, &[&args, more].concat())
 }
 
+/// The same into a folder as CSV, in place of an estimate that is there.
+pub(super) fn estimate_into(out: &str, folder: &Path, log: &Path) -> String {
+    estimate(folder, log, &["--format", "csv", "--out", out, "--force"])
+}
+
 /// The table of the estimate, by column.
 pub(super) fn forces(folder: &Path, out: &str) -> HashMap<String, Vec<f64>> {
     columns(&folder.join(out).join("estimate-kalman.csv"))
@@ -168,7 +173,7 @@ fn the_command_estimates_six_wheels() {
 fn noise_that_is_not_stated_is_that_of_the_log() {
     let stated = folder(BUDGET);
     let log = fixture("readings.csv");
-    estimate(stated.path(), &log, &["--format", "csv", "--out", "out"]);
+    estimate_into("out", stated.path(), &log);
     let wanted = forces(stated.path(), "out");
 
     let description = BUDGET.replace("torque_noise = 0.034\n", "pin_noise = \"0.04 deg\"\n");
@@ -251,7 +256,7 @@ fn every_frame_has_its_truth() {
 fn the_weight_of_the_rover_is_compared_with_the_torques() {
     let folder = folder(BUDGET);
     let path = folder.path();
-    let said = estimate(path, &drive(), &["--format", "csv", "--out", "out"]);
+    let said = estimate_into("out", path, &drive());
     let scale = summary(&path.join("out"))["both"]["torque_scale"].clone();
     let [ratio, sigma] = ["ratio", "sigma"].map(|key| scale[key].as_f64().unwrap());
     assert!((ratio - 1.0).abs() < 3.0 * sigma, "{scale}");

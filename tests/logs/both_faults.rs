@@ -1,6 +1,8 @@
 //! Logs of both sides with faults, and what `check` and `estimate` say of them.
 
-use super::both::{BUDGET, checked, difference, drive, estimate, fixture, folder, forces, robot};
+use super::both::{
+    BUDGET, checked, difference, drive, estimate, estimate_into, fixture, folder, forces, robot,
+};
 use super::recorded::{changed, refused, rewritten};
 use crate::support::{assert_contains, robhaz, summary, text};
 use std::f64::consts::PI;
@@ -274,7 +276,7 @@ fn one_number_of_a_sensor_that_hangs_is_no_reading() {
     let hangs = |row, x| if row < 200 { x } else { held };
     changed(&drive(), &wrong, |name| name == "body_roll_rate", hangs);
     let found = |log: &Path| {
-        estimate(path, log, &["--format", "csv", "--out", "out", "--force"]);
+        estimate_into("out", path, log);
         forces(path, "out")
     };
     let apart = difference(&found(&drive()), &found(&wrong));
