@@ -1,8 +1,7 @@
 //! Output folders of runs: what may be replaced, and what is left alone.
 
 use crate::support::{
-    assert_contains, on_one_line, refused, robhaz, short_scene, succeeded, text, words,
-    write_short_scene,
+    assert_contains, on_one_line, refused, robhaz, short_scene, succeeded, text, write_short_scene,
 };
 use robhaz_scene::ControlKind;
 use std::fs;
@@ -218,16 +217,12 @@ fn a_start_that_fails_leaves_no_folder() {
             "finds no rest at its start: the motor of wheel",
         ),
     ] {
-        let output = robhaz(dir.path())
-            .args(["run", "short.toml", "--set", set])
-            .args(words(
-                "--set terrain.kind=heights --set terrain.interpolation=corners",
-            ))
-            .args(["--set", "terrain.points=[[-5, -1], [5, 1]]"])
-            .output()
-            .unwrap();
-        assert!(!output.status.success());
-        let said = on_one_line(&output.stderr);
+        let mut command = robhaz(dir.path());
+        command.args(["run", "short.toml", "--set", set]);
+        command.args(["--set", "terrain.kind=heights"]);
+        command.args(["--set", "terrain.interpolation=corners"]);
+        command.args(["--set", "terrain.points=[[-5, -1], [5, 1]]"]);
+        let said = on_one_line(refused(&mut command).as_bytes());
         assert_contains(&said, reason);
         assert!(!said.contains("broke off"), "{said}");
         assert!(!dir.path().join("runs").exists(), "{set}");

@@ -5,22 +5,12 @@ use crate::support::{
     words, write_short_scene,
 };
 use std::fs;
-use std::path::Path;
-use std::process::Output;
-
-/// Runs a scene of one second in a folder.
-fn run_short(folder: &Path) -> Output {
-    write_short_scene(folder, "");
-    let mut command = robhaz(folder);
-    command.args(["run", "short.toml"]).output().unwrap()
-}
 
 /// One run leaves everything that was promised, and says where.
 #[test]
 fn run_leaves_tables_figures_summary_and_scene() {
-    let dir = tempfile::tempdir().unwrap();
-    let output = run_short(dir.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let dir = short_scene();
+    let output = succeeded(robhaz(dir.path()).args(["run", "short.toml"]));
     let run = dir.path().join("runs/short");
     let mut expected = vec![
         "truth.parquet",
@@ -177,13 +167,10 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     for set in steep {
         command.args(["--set", set]);
     }
-    let said = on_one_line(&command.output().unwrap().stderr);
+    let said = on_one_line(refused(&mut command).as_bytes());
     assert_contains(&said, "short broke off at");
-    let compared = robhaz(dir.path())
-        .args(["compare", "steep.partial"])
-        .output()
-        .unwrap();
-    let shown = text(&compared.stdout);
+    let mut compare = robhaz(dir.path());
+    let shown = text(&succeeded(compare.args(["compare", "steep.partial"])).stdout);
     assert_contains(&shown, "steep.partial broke off at");
     assert_contains(&shown, "turned over");
 }
@@ -283,8 +270,8 @@ fn runs_out_of_range_stop_with_a_reason() {
 /// the simulation took of it.
 #[test]
 fn the_last_lines_tell_the_time_of_the_whole_command_and_how_to_see_the_run() {
-    let dir = tempfile::tempdir().unwrap();
-    let output = run_short(dir.path());
+    let dir = short_scene();
+    let output = succeeded(robhaz(dir.path()).args(["run", "short.toml"]));
     let shown = text(&output.stdout);
     let mut lines = shown.lines().rev();
     if cfg!(feature = "viewer") {

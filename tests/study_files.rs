@@ -1,7 +1,7 @@
 //! The command `robhaz study` on study files: the same dataset whatever happens on the way.
 #![cfg(unix)]
 
-use crate::support::{assert_contains, on_one_line, refused, robhaz, succeeded, text};
+use crate::support::{assert_contains, on_one_line, refused, robhaz, succeeded, text, words};
 use std::fs;
 use std::path::Path;
 use std::process::{Output, Stdio};
@@ -45,10 +45,7 @@ const MANY: &str = "tables = [3]\n[[axis]]\nkey = \"drive.speed\"\nvalues = [0.1
 #[test]
 fn kills_and_shards_leave_the_same_dataset() {
     let dir = study(MANY);
-    succeed(
-        dir.path(),
-        &["study", "study.toml", "--out", "alone", "--jobs", "2"],
-    );
+    succeed(dir.path(), &words("study study.toml --out alone --jobs 2"));
     let whole = dataset(dir.path(), "alone");
 
     let journal = dir.path().join("killed/runs.jsonl");
@@ -78,10 +75,7 @@ fn kills_and_shards_leave_the_same_dataset() {
     }
     assert!(lines.is_sorted(), "finished runs were lost: {lines:?}");
     assert!(*lines.last().unwrap() >= 15 * 19, "{lines:?}");
-    let said = succeed(
-        dir.path(),
-        &["study", "study.toml", "--out", "killed", "--jobs", "3"],
-    );
+    let said = succeed(dir.path(), &words("study study.toml --out killed --jobs 3"));
     assert_contains(&said, " of 500 runs computed in ");
     assert!(
         !said.contains("500 of 500"),

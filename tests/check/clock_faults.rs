@@ -183,6 +183,14 @@ impl Sum {
 /// Five times the weight, N.
 const LARGEST: f64 = 687.0;
 
+fn each_holds(counts: Vec<(String, Count)>) {
+    for (what, count) in counts {
+        let mut sum = Sum::default();
+        sum.add(&what, &count);
+        assert!(sum.holds(), "{what} {count:?}");
+    }
+}
+
 /// A clock that is set back by up to 0.4 s, at 1 kHz and at 100 Hz: the study below in small.
 #[test]
 fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
@@ -192,11 +200,7 @@ fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
         "sensors.grade=typical",
         "record.duration=12",
     ];
-    for (what, count) in counts("sine", &set, &[1, 10], 1, &FAULTS[..3])? {
-        let mut sum = Sum::default();
-        sum.add(&what, &count);
-        assert!(sum.holds(), "{what} {count:?}");
-    }
+    each_holds(counts("sine", &set, &[1, 10], 1, &FAULTS[..3])?);
     Ok(())
 }
 
@@ -205,11 +209,7 @@ fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
 #[test]
 fn a_clock_that_is_set_forward_is_survived() -> Result<(), Failure> {
     let set = ["sensors.grade=typical", "record.duration=12"];
-    for (what, count) in counts("sine", &set, &[1], 2, &FAULTS[8..9])? {
-        let mut sum = Sum::default();
-        sum.add(&what, &count);
-        assert!(sum.holds(), "{what} {count:?}");
-    }
+    each_holds(counts("sine", &set, &[1], 2, &FAULTS[8..9])?);
     Ok(())
 }
 
