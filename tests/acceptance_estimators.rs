@@ -278,13 +278,8 @@ fn at_corners_errors_are_larger_but_mostly_covered() {
             // On the stairs this robot is stuck, with a wheel on two contacts for seconds.
             let keys = ["sensors.grade=typical", "robot.geometry=A"];
             let scene = with_kalman(name, &[drive_keys, &keys]);
-            let truth = TruthRun::of(&scene).unwrap();
-            let what = format!("{name} {drive} typical");
-            let (nrmse, consistency) = print_row(&what, &measure(&scene, &truth, 5), most);
-            assert!(nrmse <= most, "{what}: {nrmse} %");
             // Measured: 93 to 98 %; without unmodelled loads and down-weighting 41 to 90 %.
-            let coverage = consistency.coverage.mean;
-            assert!(coverage >= 0.9, "{what}: {coverage}");
+            is_covered(&scene, &format!("{name} {drive} typical"), most);
         }
     }
 }
@@ -297,14 +292,18 @@ fn creep_other_than_the_defaults_is_tolerated() {
     for ((drive, drive_keys), most) in DRIVES.into_iter().zip([1.65, 1.2]) {
         for v_s in ["contact.v_s=0.002", "contact.v_s=0.04"] {
             let scene = with_kalman("smooth", &[drive_keys, &["sensors.grade=typical", v_s]]);
-            let truth = TruthRun::of(&scene).unwrap();
-            let what = format!("smooth {drive} typical {v_s}");
-            let (nrmse, consistency) = print_row(&what, &measure(&scene, &truth, 5), most);
-            assert!(nrmse <= most, "{what}: {nrmse} %");
-            let coverage = consistency.coverage.mean;
-            assert!(coverage >= 0.9, "{what}: {coverage}");
+            is_covered(&scene, &format!("smooth {drive} typical {v_s}"), most);
         }
     }
+}
+
+/// The error over five seeds is at most so many percent, and the coverage at least 90 %.
+fn is_covered(scene: &Scene, what: &str, most: f64) {
+    let truth = TruthRun::of(scene).unwrap();
+    let (nrmse, consistency) = print_row(what, &measure(scene, &truth, 5), most);
+    assert!(nrmse <= most, "{what}: {nrmse} %");
+    let coverage = consistency.coverage.mean;
+    assert!(coverage >= 0.9, "{what}: {coverage}");
 }
 
 /// A robot that stands for 20 s has no information on the friction of gears that do not turn. The

@@ -25,25 +25,19 @@ fn assert_close(found: [f64; 3], expected: [f64; 3]) {
 /// those of an independent implementation.
 #[test]
 fn lumped_to_wheels_beats_lumped_to_body() {
-    let kept = keep(&scene("smooth", &[]));
-    let found = errors(&kept);
-    println!(
-        "paper-body {:.2} %, paper-wheels {:.2} %, true-mass {:.2} %",
-        found[0], found[1], found[2]
-    );
-    assert!(found[1] < found[0]);
-    assert_close(found, [10.9, 7.6, 2.5]);
+    wheels_beat_body(&[], [10.9, 7.6, 2.5]);
 }
 
 /// The same claim with the low-gain drive.
 #[test]
 fn lumped_to_wheels_beats_lumped_to_body_with_the_soft_drive() {
-    let kept = keep(&scene("smooth", &["drive.kp=2", "drive.ki=0"]));
-    let found = errors(&kept);
-    println!(
-        "paper-body {:.2} %, paper-wheels {:.2} %, true-mass {:.2} %",
-        found[0], found[1], found[2]
-    );
-    assert!(found[1] < found[0]);
-    assert_close(found, [11.1, 7.5, 1.7]);
+    wheels_beat_body(&["drive.kp=2", "drive.ki=0"], [11.1, 7.5, 1.7]);
+}
+
+fn wheels_beat_body(drive: &[&str], expected: [f64; 3]) {
+    let found = errors(&keep(&scene("smooth", drive)));
+    let [body, wheels, true_mass] = found;
+    println!("paper-body {body:.2} %, paper-wheels {wheels:.2} %, true-mass {true_mass:.2} %");
+    assert!(wheels < body);
+    assert_close(found, expected);
 }

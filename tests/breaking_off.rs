@@ -2,6 +2,7 @@
 //! and nothing that is not complete looks finished.
 #![cfg(unix)]
 
+use crate::support::{assert_contains, on_one_line, refused, succeeded, summary, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -93,13 +94,9 @@ impl Drop for Running {
     }
 }
 
-/// Standard error in one line, because error reports wrap lines at the terminal's width.
+/// Standard error on one line.
 fn said(output: &Output) -> String {
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    text.replace(['│', '╰', '├', '─', '▶', '×'], " ")
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
+    on_one_line(&output.stderr)
 }
 
 /// The table of the truth while it is written.
@@ -127,16 +124,15 @@ fn a_stopped_run_keeps_all_its_records() {
         let output = run.output();
         let said = said(&output);
         assert_eq!(output.status.code(), Some(code), "{said}");
-        assert!(said.contains(&format!("stopped by {cause}")), "{said}");
-        assert!(said.contains("runs/long.partial"), "{said}");
+        assert_contains(&said, format!("stopped by {cause}"));
+        assert_contains(&said, "runs/long.partial");
         let shown = String::from_utf8_lossy(&output.stdout);
-        assert!(shown.contains("broke off at"), "{shown}");
+        assert_contains(&shown, "broke off at");
 
         assert!(!dir.path().join("runs/long").exists());
-        let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let summary = summary(&partial);
         let reason = summary["broken_off"]["reason"].as_str().unwrap();
-        assert!(reason.contains(cause), "{reason}");
+        assert_contains(reason, cause);
         let end = summary["broken_off"]["time_s"].as_f64().unwrap();
         assert!(end > 0.5 && end < 1e4, "{end}");
         assert!(
@@ -177,10 +173,7 @@ fn a_stopped_run_keeps_all_its_records() {
         }
 
         // `compare` reads the folder and states the cause.
-        let compared = robhaz(dir.path(), &["compare", "runs/long.partial"])
-            .output()
-            .unwrap();
-        assert!(compared.status.success());
+        let compared = succeeded(&mut robhaz(dir.path(), &["compare", "runs/long.partial"]));
         assert!(String::from_utf8_lossy(&compared.stdout).contains(cause));
     }
 }
@@ -229,24 +222,10 @@ fn a_killed_run_looks_unfinished_and_is_replaced() {
         assert!(!dir.path().join("runs/long").exists());
         let complete = [&format!("truth.{format}"), "summary.json"];
         assert!(complete.iter().all(|name| !partial.join(name).exists()));
-        let compared = robhaz(dir.path(), &["compare", "runs/long.partial"])
-            .output()
-            .unwrap();
-        assert!(!compared.status.success());
-        assert!(
-            said(&compared).contains("was killed"),
-            "{}",
-            said(&compared)
-        );
-        let short = [
-            "run",
-            "long.toml",
-            "--set",
-            "record.duration=0.5",
-            "--force",
-        ];
-        let forced = robhaz(dir.path(), &short).output().unwrap();
-        assert!(forced.status.success(), "{}", said(&forced));
+        let compared = refused(&mut robhaz(dir.path(), &["compare", "runs/long.partial"]));
+        assert_contains(on_one_line(compared.as_bytes()), "was killed");
+        let short = words("run long.toml --set record.duration=0.5 --force");
+        succeeded(&mut robhaz(dir.path(), &short));
     }
 }
 
@@ -266,12 +245,12 @@ fn a_full_disk_is_an_error_that_names_the_file() {
         let said = said(&output);
         assert_eq!(output.status.code(), Some(1), "{said}");
         let table = format!("cannot write runs/long.partial/truth.{format}");
-        assert!(said.contains(&table), "{said}");
-        assert!(said.contains("File too large"), "{said}");
+        assert_contains(&said, &table);
+        assert_contains(&said, "File too large");
         let partial = dir.path().join("runs/long.partial");
         assert!(!partial.join("truth.parquet").exists() && !dir.path().join("runs/long").exists());
         let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
-        assert!(summary.contains("File too large"), "{summary}");
+        assert_contains(&summary, "File too large");
     }
 }
 
@@ -295,19 +274,10 @@ fn on_a_full_disk_tables_end_with_their_last_whole_rows() {
         let truth = format!("runs/long.partial/truth.{format}");
         assert!(!dir.path().join(format!("{truth}.partial")).exists());
         let truth_of = ["estimate", "runs/long.partial", "--truth", &truth];
-        let rest = [
-            "--estimator",
-            "true-mass",
-            "--rerun",
-            "off",
-            "--out",
-            "again",
-        ];
+        let rest = words("--estimator true-mass --rerun off --out again");
         let estimate = robhaz(dir.path(), &[&truth_of[..], &rest].concat());
-        let output = { estimate }.output().unwrap();
-        assert!(output.status.success(), "{}", said(&output));
-        let summary = fs::read_to_string(dir.path().join("again/summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        succeeded(&mut { estimate });
+        let summary = summary(&dir.path().join("again"));
         // Records with a truth, from 0.1 s on: at least one group.
         let samples = summary["estimators"]["true-mass"]["samples"].as_u64();
         assert!(samples > Some(16_384 - 100), "{samples:?}");
@@ -337,11 +307,7 @@ fn an_export_that_is_stopped_leaves_nothing() {
         signal(&export, "-INT");
         let output = export.wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-        assert!(
-            said(&output).contains("stopped by Ctrl-C"),
-            "{}",
-            said(&output)
-        );
+        assert_contains(said(&output), "stopped by Ctrl-C");
         assert_eq!(files(), before, "{to}");
     }
 }
@@ -358,7 +324,7 @@ fn an_export_on_a_full_disk_says_what_it_cannot_write() {
         let output = command.current_dir(dir.path()).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{}", said(&output));
         let expected = format!("cannot write a.{to}");
-        assert!(said(&output).contains(&expected), "{}", said(&output));
+        assert_contains(said(&output), &expected);
         assert!(!said(&output).contains("cannot read"), "{}", said(&output));
     }
 }
@@ -369,26 +335,12 @@ fn an_export_on_a_full_disk_says_what_it_cannot_write() {
 fn study_and_verify_can_be_stopped() {
     for (arguments, name, code) in [
         (
-            &[
-                "study",
-                "long.toml",
-                "--seeds",
-                "10000",
-                "--set",
-                "record.duration=20",
-            ] as &[&str],
+            &words("study long.toml --seeds 10000 --set record.duration=20") as &[&str],
             "-INT",
             130,
         ),
         (
-            &[
-                "study",
-                "long.toml",
-                "--seeds",
-                "10000",
-                "--set",
-                "record.duration=20",
-            ],
+            &words("study long.toml --seeds 10000 --set record.duration=20"),
             "-TERM",
             143,
         ),
@@ -404,11 +356,7 @@ fn study_and_verify_can_be_stopped() {
         signal(command.child(), name);
         let output = command.output();
         assert_eq!(output.status.code(), Some(code), "{}", said(&output));
-        assert!(
-            said(&output).contains("nothing was written"),
-            "{}",
-            said(&output)
-        );
+        assert_contains(said(&output), "nothing was written");
         let left: Vec<_> = fs::read_dir(dir.path()).unwrap().collect();
         assert_eq!(left.len(), 1, "{left:?}");
     }

@@ -1,9 +1,11 @@
 //! `robhaz check`, and the way from an unknown log to forces in `docs/log-to-forces.md`.
 
-use crate::support::{columns, robhaz, root, text, with_run};
+use crate::support::{
+    assert_contains, columns, refused, robhaz, root, succeeded, summary, text, with_run,
+};
 use std::fs;
 use std::path::Path;
-use std::process::Output;
+use std::process::Command;
 
 /// The commands of `docs/log-to-forces.md`, in their order.
 const COMMANDS: [&str; 5] = [
@@ -14,9 +16,10 @@ const COMMANDS: [&str; 5] = [
     "robhaz export runs/drive-estimate --to csv",
 ];
 
-fn run(folder: &Path, command: &str) -> Output {
-    let arguments = command.split_whitespace().skip(1);
-    robhaz(folder).args(arguments).output().unwrap()
+fn command(folder: &Path, line: &str) -> Command {
+    let mut command = robhaz(folder);
+    command.args(line.split_whitespace().skip(1));
+    command
 }
 
 /// A folder with `drive.csv`, a log of a robot with names and units of its own: inclinations in degrees, the second gyroscope
@@ -127,11 +130,11 @@ fn units_that_fit_each_other_are_found() {
     for (scale, unit) in [("57.29578", "deg"), ("0.1591549", "turns")] {
         let encoder = format!(", scale = {scale}");
         describe(folder, ["tau2", "tau1"], "deg", "-", [&encoder, ""]);
-        let output = run(folder, COMMANDS[1]);
+        let output = command(folder, COMMANDS[1]).output().unwrap();
         let said = text(&output.stdout);
         assert_eq!(output.status.code(), Some(1), "{said}");
-        assert!(said.contains("FAULT        acceleration"), "{said}");
-        assert!(said.contains(&format!("state unit = \"{unit}\"")), "{said}");
+        assert_contains(&said, "FAULT        acceleration");
+        assert_contains(&said, format!("state unit = \"{unit}\""));
     }
     describe(
         folder,
@@ -140,7 +143,7 @@ fn units_that_fit_each_other_are_found() {
         "-",
         ["", ", scale = 0.0125"],
     );
-    let said = text(&run(folder, COMMANDS[1]).stdout);
+    let said = text(&command(folder, COMMANDS[1]).output().unwrap().stdout);
     let quiet = said
         .matches("suspiciously quiet: check the unit (a torque of the motor's side (gear_ratio)")
         .count();
@@ -164,15 +167,11 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     let dir = with_log();
     let folder = dir.path();
 
-    let unnamed = run(folder, COMMANDS[0]);
-    let said = text(&unnamed.stderr);
-    assert!(
-        !unnamed.status.success() && said.contains("wheel1_angle"),
-        "{said}"
-    );
+    let unnamed = refused(&mut command(folder, COMMANDS[0]));
+    assert_contains(unnamed, "wheel1_angle");
 
     write_description(folder, ["tau1", "tau2"], "rad", "+");
-    let wrong = run(folder, COMMANDS[1]);
+    let wrong = command(folder, COMMANDS[1]).output().unwrap();
     let said = text(&wrong.stdout);
     assert_eq!(wrong.status.code(), Some(1), "{said}");
     for expected in [
@@ -186,8 +185,7 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     }
 
     write_description(folder, ["tau2", "tau1"], "deg", "-");
-    let right = run(folder, COMMANDS[2]);
-    assert!(right.status.success(), "{}", text(&right.stdout));
+    let right = succeeded(&mut command(folder, COMMANDS[2]));
     let report: serde_json::Value = serde_json::from_str(&text(&right.stdout)).unwrap();
     assert_eq!(report["verdict"], "ok");
     let findings = report["findings"].as_array().unwrap();
@@ -200,19 +198,15 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
         .unwrap();
     assert_eq!(exchange["verdict"], "cannot-tell");
     let remedy = exchange["remedy"].as_str().unwrap();
-    assert!(
-        remedy.contains("exchange the columns of wheel2_motor_torque and wheel3_motor_torque; exchange the columns of wheel2_angle and wheel3_angle"),
-        "{remedy}"
+    assert_contains(
+        remedy,
+        "exchange the columns of wheel2_motor_torque and wheel3_motor_torque; exchange the columns of wheel2_angle and wheel3_angle",
     );
 
-    let estimated = run(folder, COMMANDS[3]);
-    assert!(estimated.status.success(), "{}", text(&estimated.stderr));
-    let said = text(&estimated.stdout);
+    let said = text(&succeeded(&mut command(folder, COMMANDS[3])).stdout);
     assert!(!said.contains("CONTRADICT"), "{said}");
-    let exported = run(folder, COMMANDS[4]);
-    assert!(exported.status.success(), "{}", text(&exported.stderr));
-    let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    succeeded(&mut command(folder, COMMANDS[4]));
+    let summary = summary(&folder.join("runs/drive-estimate"));
     let means = &summary["estimators"]["kalman"]["means"]["normal_force"];
     let sum: f64 = (0..3).map(|i| means[i].as_f64().unwrap()).sum();
     // More than the weight: wheels that work against each other press on slopes. Within 1 % of the
@@ -228,12 +222,11 @@ fn an_estimate_tells_a_contradiction() {
     let dir = with_log();
     let folder = dir.path();
     write_description(folder, ["tau2", "tau1"], "deg", "+");
-    let estimated = run(folder, COMMANDS[3]);
+    let estimated = command(folder, COMMANDS[3]).output().unwrap();
     let said = text(&estimated.stdout);
-    assert!(said.contains("READINGS CONTRADICT EACH OTHER"), "{said}");
-    assert!(said.contains("gyroscope 2 from"), "{said}");
-    let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_contains(&said, "READINGS CONTRADICT EACH OTHER");
+    assert_contains(&said, "gyroscope 2 from");
+    let summary = summary(&folder.join("runs/drive-estimate"));
     let faulty = &summary["estimators"]["kalman"]["faulty_channels"]["gyroscope 2"];
     assert!(faulty["records"].as_u64().unwrap() > 1000, "{faulty}");
 }
@@ -257,7 +250,7 @@ fn the_default_budget_of_a_robot_is_named() {
     )
     .unwrap();
     let notice = "those of its parts to 3 %, centres of mass to 5 mm, pins to 1 mm";
-    for command in [
+    for line in [
         "robhaz check drive.csv",
         "robhaz estimate drive.csv --force --rerun off --estimator kalman",
     ] {
@@ -266,10 +259,9 @@ fn the_default_budget_of_a_robot_is_named() {
             ("--sensors stated.toml", false),
             ("--sensors SENSORS.toml --robot robot.toml", false),
         ] {
-            let output = run(folder, &format!("{command} {description}"));
+            let output = succeeded(&mut command(folder, &format!("{line} {description}")));
             let said = text(&output.stderr);
-            assert!(output.status.success(), "{said}");
-            assert_eq!(said.contains(notice), is_said, "{command}: {said}");
+            assert_eq!(said.contains(notice), is_said, "{line}: {said}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A bar that touches the ground: the run says so, `verify` fails, `path` says no-go.
 
-use crate::support::{robhaz, root, scene, text};
+use crate::support::{assert_contains, robhaz, root, scene, succeeded, summary, text};
 use robhaz_path::{Options, PathSetup, Reason, judge};
 use std::process::Output;
 
@@ -49,24 +49,22 @@ fn a_run_says_where_a_bar_touched() {
     let dir = tempfile::tempdir().unwrap();
     let step = root().join("scenes/step.toml");
     let run = |out: &str, extra: &[&str]| {
-        let output = robhaz(dir.path())
-            .args([
-                "run",
-                step.to_str().unwrap(),
-                "--rerun",
-                "off",
-                "--format",
-                "csv",
-                "--out",
-                out,
-            ])
-            .args(["--set", "record.rate=100", "--engine", "direct"])
-            .args(extra)
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        let summary = std::fs::read(dir.path().join(out).join("summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        let output = succeeded(
+            robhaz(dir.path())
+                .args([
+                    "run",
+                    step.to_str().unwrap(),
+                    "--rerun",
+                    "off",
+                    "--format",
+                    "csv",
+                    "--out",
+                    out,
+                ])
+                .args(["--set", "record.rate=100", "--engine", "direct"])
+                .args(extra),
+        );
+        let summary = summary(&dir.path().join(out));
         (text(&output.stdout), summary)
     };
     let (said, summary) = run("high", &[]);
@@ -76,7 +74,7 @@ fn a_run_says_where_a_bar_touched() {
     assert_eq!(summary["events"]["touches"], 0);
     let (said, summary) = run("low", &["--set", LOW_BODY]);
     let clearance = &summary["clearance"];
-    assert!(said.contains("body TOUCHED THE GROUND at"), "{said}");
+    assert_contains(&said, "body TOUCHED THE GROUND at");
     assert!(clearance["touches"].as_u64().unwrap() >= 1 && clearance["bar"] == "body");
     assert_eq!(summary["events"]["touches"], clearance["touches"]);
     // The table has the same least value.
@@ -112,7 +110,8 @@ fn verify_fails_where_a_bar_touches() {
     let low = robhaz_on_step(&[&short[..], &["--set", LOW_BODY]].concat());
     assert!(!low.status.success());
     for (high, low) in line(&high).iter().zip(line(&low)) {
-        assert!(high.contains("passed"), "{high}");
-        assert!(low.contains("FAILED") && low.contains("body"), "{low}");
+        assert_contains(high, "passed");
+        assert_contains(&low, "FAILED");
+        assert_contains(&low, "body");
     }
 }

@@ -1,6 +1,8 @@
 //! The command as a user types it: new scenes, help, comparisons.
 
-use crate::support::{robhaz, root, short_scene, text};
+use crate::support::{
+    assert_contains, refused, robhaz, root, short_scene, succeeded, summary, text,
+};
 use std::fs;
 
 /// A new scene is that of the defaults with three of the five estimators; it is not written over
@@ -8,18 +10,12 @@ use std::fs;
 #[test]
 fn a_new_scene_runs_with_the_defaults() {
     let dir = tempfile::tempdir().unwrap();
-    let new = |name: &str| robhaz(dir.path()).args(["new", name]).output().unwrap();
-    assert!(new("mine").status.success());
-    let again = new("mine.toml");
-    assert!(!again.status.success() && text(&again.stderr).contains("mine.toml exists"));
+    succeeded(robhaz(dir.path()).args(["new", "mine"]));
+    let refused = |name: &str| refused(robhaz(dir.path()).args(["new", name]));
+    assert_contains(refused("mine.toml"), "mine.toml exists");
     // A folder is no name of a scene.
     for name in [".", "..", "./", &dir.path().display().to_string()] {
-        let refused = new(name);
-        let said = text(&refused.stderr);
-        assert!(
-            !refused.status.success() && said.contains("is a folder"),
-            "{said}"
-        );
+        assert_contains(refused(name), "is a folder");
     }
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     let made = robhaz_scene::Scene::load(&dir.path().join("mine.toml"), &[]).unwrap();
@@ -43,9 +39,7 @@ fn a_new_scene_can_be_of_a_rover() {
         ("rocker-bogie-rear", "curiosity"),
         ("triple-bogie", "exomy"),
     ] {
-        let mut new = robhaz(dir.path());
-        let done = new.args(["new", kind, "--robot", kind]).output().unwrap();
-        assert!(done.status.success());
+        succeeded(robhaz(dir.path()).args(["new", kind, "--robot", kind]));
         let load = |path: &std::path::Path| robhaz_scene::Scene::load(path, &[]).unwrap();
         let of_rover = load(&root().join("robots").join(rover).with_extension("toml"));
         let mut made = load(&dir.path().join(kind).with_extension("toml"));
@@ -59,9 +53,8 @@ fn a_new_scene_can_be_of_a_rover() {
 #[test]
 fn keys_completions_and_manual_are_printed() {
     let dir = tempfile::tempdir().unwrap();
-    let done = |args: &[&str]| robhaz(dir.path()).args(args).output().unwrap();
-    let keys: Vec<serde_json::Value> =
-        serde_json::from_slice(&done(&["keys", "--json"]).stdout).unwrap();
+    let done = |args: &[&str]| text(&succeeded(robhaz(dir.path()).args(args)).stdout);
+    let keys: Vec<serde_json::Value> = serde_json::from_str(&done(&["keys", "--json"])).unwrap();
     let expected: Vec<String> = robhaz_scene::reference()
         .into_iter()
         .map(|k| k.key)
@@ -72,37 +65,25 @@ fn keys_completions_and_manual_are_printed() {
             .collect::<Vec<_>>(),
         expected
     );
-    let shown = text(&done(&["keys", "TORQUE_LIMIT"]).stdout);
+    let shown = done(&["keys", "TORQUE_LIMIT"]);
     assert!(
         shown.contains("drive.torque_limit") && !shown.contains("mu_s"),
         "{shown}"
     );
-    let none = done(&["keys", "nosuchkey"]);
-    assert!(!none.status.success() && text(&none.stderr).contains("nosuchkey"));
+    let none = refused(robhaz(dir.path()).args(["keys", "nosuchkey"]));
+    assert_contains(none, "nosuchkey");
     for shell in ["bash", "zsh", "fish"] {
-        assert!(
-            text(&done(&["completions", shell]).stdout).contains("estimate"),
-            "{shell}"
-        );
+        assert_contains(done(&["completions", shell]), "estimate");
     }
 }
 
 /// The comparison for scripts has the numbers of `summary.json`.
 #[test]
 fn runs_are_compared_for_scripts() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
-    let run = robhaz(dir.path())
-        .args(["run", "short.toml", "--out", "a|b"])
-        .output()
-        .unwrap();
-    assert!(run.status.success(), "{}", text(&run.stderr));
-    let summary = std::fs::read_to_string(dir.path().join("a|b/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    let output = robhaz(dir.path())
-        .args(["--json", "compare", "a|b"])
-        .output()
-        .unwrap();
+    let dir = short_scene();
+    succeeded(robhaz(dir.path()).args(["run", "short.toml", "--out", "a|b"]));
+    let summary = summary(&dir.path().join("a|b"));
+    let output = succeeded(robhaz(dir.path()).args(["--json", "compare", "a|b"]));
     let rows: Vec<serde_json::Value> = serde_json::from_str(&text(&output.stdout)).unwrap();
     assert!(!rows.is_empty());
     for row in &rows {

@@ -1,6 +1,6 @@
 //! Documents name paths and versions that exist.
 
-use crate::support::{robhaz, root, text};
+use crate::support::{assert_contains, robhaz, root, text};
 use robhaz_sim::EngineKind;
 use robhaz_sim::friction::FrictionKind;
 use std::collections::BTreeSet;
@@ -118,7 +118,7 @@ fn the_table_of_the_readme_is_printed() {
     let mut command = robhaz(dir.path());
     command.arg("run").arg(root().join("scenes/smooth.toml"));
     let output = command.output().unwrap();
-    assert!(table.contains("kalman-no-angles"), "{table}");
+    assert_contains(table, "kalman-no-angles");
     let shown = text(&output.stdout);
     assert!(shown.contains(table), "README:\n{table}\nprinted:\n{shown}");
 }

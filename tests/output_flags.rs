@@ -1,6 +1,8 @@
 //! `--json`, `--quiet`, `-v`, exit codes and escapes: what scripts rely on. docs/command.md.
 
-use crate::support::{page_commands, robhaz, root, short_scene, text};
+use crate::support::{
+    assert_contains, page_commands, robhaz, root, short_scene, summary, text, write_short_scene,
+};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -36,7 +38,7 @@ const STUDY: &str = "scene = \"short.toml\"\nset = [\"record.duration=0.6\"]\n[[
 fn each_command_prints_one_document() {
     let dir = tempfile::tempdir().unwrap();
     let at = dir.path();
-    short_scene(
+    write_short_scene(
         at,
         "[engine]\nkind = \"direct\"\n[sensors]\ngrade = \"typical\"\n",
     );
@@ -46,8 +48,7 @@ fn each_command_prints_one_document() {
         &run_["runs"][0],
         &["name", "folder", "command_s", "summary"],
     );
-    let summary = fs::read(at.join("runs/short/summary.json")).unwrap();
-    let summary: Value = serde_json::from_slice(&summary).unwrap();
+    let summary = summary(&at.join("runs/short"));
     assert_eq!(run_["runs"][0]["summary"], summary);
     let estimate = ["estimate", "runs/short", "--rerun", "off"];
     has(
@@ -113,9 +114,8 @@ fn each_command_prints_one_document() {
 /// command line. 130 and 143 are tested where runs break off.
 #[test]
 fn exit_codes_are_those_of_the_help() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = short_scene();
     let at = dir.path();
-    short_scene(at, "");
     let code = |arguments: &[&str]| run(at, arguments).status.code();
     assert_eq!(code(&["schema", "study"]), Some(0));
     assert_eq!(code(&["run", "nowhere.toml"]), Some(1));
@@ -160,7 +160,7 @@ fn a_missing_folder_is_named() {
     let output = run(dir.path(), &["new", "sub/dir/x"]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("there is no folder sub/dir"), "{said}");
+    assert_contains(&said, "there is no folder sub/dir");
     assert!(!said.contains(".robhaz-"), "{said}");
 }
 
@@ -176,11 +176,7 @@ fn quiet_is_quiet() {
         [record]\nduration = 0.6\ncompare_from = 0.5\n[engine]\nkind = \"direct\"\n";
     fs::write(at.join("warns.toml"), warns).unwrap();
     let loud = run(at, &["run", "warns.toml", "--rerun", "off"]);
-    assert!(
-        text(&loud.stderr).contains("Warning"),
-        "{}",
-        text(&loud.stderr)
-    );
+    assert_contains(text(&loud.stderr), "Warning");
     for arguments in [
         ["--quiet", "run", "warns.toml", "--rerun", "off", "--force"],
         ["run", "warns.toml", "--rerun", "off", "--force", "-q"],
@@ -204,7 +200,7 @@ fn quiet_is_quiet() {
 fn verbose_tells_what_is_done() {
     let dir = tempfile::tempdir().unwrap();
     let at = dir.path();
-    short_scene(at, "[engine]\nkind = \"direct\"\n");
+    write_short_scene(at, "[engine]\nkind = \"direct\"\n");
     let command = ["run", "short.toml", "--rerun", "off", "--force"];
     let with = |flag: &str| {
         let mut arguments = command.to_vec();
@@ -238,9 +234,8 @@ fn verbose_tells_what_is_done() {
 /// Where no terminal reads it, output has no escape sequences, with or without NO_COLOR.
 #[test]
 fn pipes_get_no_escapes() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = short_scene();
     let at = dir.path();
-    short_scene(at, "");
     for arguments in [
         vec!["--help"],
         vec!["run", "nowhere.toml"],

@@ -1,14 +1,15 @@
 //! Output folders of runs: what may be replaced, and what is left alone.
 
-use crate::support::{robhaz, short_scene, text};
+use crate::support::{
+    assert_contains, on_one_line, refused, robhaz, short_scene, succeeded, text, write_short_scene,
+};
 use robhaz_scene::ControlKind;
 use std::fs;
 
 /// Nothing is overwritten unasked, and never what is not a run.
 #[test]
 fn an_existing_folder_is_safe() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     fs::create_dir(dir.path().join("precious")).unwrap();
     fs::write(dir.path().join("precious/thesis.txt"), "years").unwrap();
     for force in [false, true] {
@@ -17,34 +18,21 @@ fn an_existing_folder_is_safe() {
         if force {
             command.arg("--force");
         }
-        let output = command.output().unwrap();
-        assert!(!output.status.success());
-        assert!(
-            text(&output.stderr).contains("precious"),
-            "{}",
-            text(&output.stderr)
-        );
+        assert_contains(refused(&mut command), "precious");
         assert_eq!(
             fs::read_to_string(dir.path().join("precious/thesis.txt")).unwrap(),
             "years"
         );
     }
     let run = |extra: &[&str]| {
-        robhaz(dir.path())
-            .args(["run", "short.toml", "--set", "record.duration=1"])
-            .args(extra)
-            .output()
-            .unwrap()
+        let mut command = robhaz(dir.path());
+        command.args(["run", "short.toml", "--set", "record.duration=1"]);
+        command.args(extra);
+        command
     };
-    assert!(run(&[]).status.success());
-    let refused = run(&[]);
-    assert!(!refused.status.success());
-    assert!(
-        text(&refused.stderr).contains("--force"),
-        "{}",
-        text(&refused.stderr)
-    );
-    assert!(run(&["--force", "--format", "csv"]).status.success());
+    succeeded(&mut run(&[]));
+    assert_contains(refused(&mut run(&[])), "--force");
+    succeeded(&mut run(&["--force", "--format", "csv"]));
     let run = dir.path().join("runs/short");
     assert!(run.join("truth.csv").exists() && !run.join("truth.parquet").exists());
 }
@@ -53,28 +41,19 @@ fn an_existing_folder_is_safe() {
 /// beside the run.
 #[test]
 fn output_folders_are_distinguished() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let run = |out: &str, extra: &[&str]| {
-        robhaz(dir.path())
-            .args([
-                "run",
-                "short.toml",
-                "--set",
-                "record.duration=0.6",
-                "--out",
-                out,
-            ])
-            .args(extra)
-            .output()
-            .unwrap()
+        let mut command = robhaz(dir.path());
+        command.args(["run", "short.toml", "--set", "record.duration=0.6"]);
+        command.args(["--out", out]).args(extra);
+        command
     };
-    assert!(run("a/", &[]).status.success());
+    succeeded(&mut run("a/", &[]));
     assert!(dir.path().join("a/summary.json").exists());
     fs::create_dir(dir.path().join("empty")).unwrap();
-    assert!(run("empty", &[]).status.success());
+    succeeded(&mut run("empty", &[]));
     fs::write(dir.path().join("file"), "x").unwrap();
-    assert!(!run("file", &["--force"]).status.success());
+    refused(&mut run("file", &["--force"]));
     assert_eq!(fs::read_to_string(dir.path().join("file")).unwrap(), "x");
 
     // What broke off is kept until it is given up.
@@ -84,21 +63,16 @@ fn output_folders_are_distinguished() {
         dir.path().join("b.partial/scene.toml"),
     )
     .unwrap();
-    let refused = run("b", &[]);
-    assert!(
-        text(&refused.stderr).contains("b.partial"),
-        "{}",
-        text(&refused.stderr)
-    );
-    assert!(run("b", &["--force"]).status.success());
+    assert_contains(refused(&mut run("b", &[])), "b.partial");
+    succeeded(&mut run("b", &["--force"]));
 
     // A user's note in a run's folder, and a user's own scene, stop --force.
     fs::write(dir.path().join("a/note.txt"), "mine").unwrap();
-    assert!(!run("a", &["--force"]).status.success());
+    refused(&mut run("a", &["--force"]));
     assert!(dir.path().join("a/note.txt").exists());
     fs::create_dir(dir.path().join("own")).unwrap();
     fs::write(dir.path().join("own/scene.toml"), "").unwrap();
-    assert!(!run("own", &["--force"]).status.success());
+    refused(&mut run("own", &["--force"]));
     assert!(dir.path().join("own/scene.toml").exists());
 }
 
@@ -106,17 +80,14 @@ fn output_folders_are_distinguished() {
 /// nor where that is a link.
 #[test]
 fn force_removes_only_what_a_run_wrote() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let run = |out: &str| {
         let output = robhaz(dir.path())
             .args(["run", "short.toml", "--set", "record.duration=0.6"])
             .args(["--out", out, "--force"])
             .output()
             .unwrap();
-        let said = text(&output.stderr).replace('│', " ");
-        let said: Vec<&str> = said.split_whitespace().collect();
-        (output.status.success(), said.join(" "))
+        (output.status.success(), on_one_line(&output.stderr))
     };
     // All that a run leaves may be replaced by the next.
     assert!(run("a").0);
@@ -156,16 +127,13 @@ fn force_removes_only_what_a_run_wrote() {
     // What is found is said as it is.
     fs::write(dir.path().join("file"), "x").unwrap();
     let said = run("file").1;
-    assert!(
-        said.contains("file is a file, not the folder of a run"),
-        "{said}"
-    );
+    assert_contains(&said, "file is a file, not the folder of a run");
     fs::create_dir(dir.path().join("own")).unwrap();
     fs::write(dir.path().join("own/scene.toml"), "").unwrap();
     let said = run("own").1;
-    assert!(
-        said.contains("own has no scene.toml or log.toml that a run has written"),
-        "{said}"
+    assert_contains(
+        &said,
+        "own has no scene.toml or log.toml that a run has written",
     );
     #[cfg(unix)]
     {
@@ -186,15 +154,11 @@ fn force_replaces_a_run_of_every_control() {
         if kind == ControlKind::FrictionTest {
             control += "[drive.friction_test]\nstart = 0.55\n";
         }
-        short_scene(dir.path(), &control);
+        write_short_scene(dir.path(), &control);
         for format in ["parquet", "csv"] {
-            let output = robhaz(dir.path())
-                .args(["run", "short.toml", "--set", "record.duration=0.6"])
-                .args(["--out", "a", "--force", "--format", format])
-                .output()
-                .unwrap();
-            let said = text(&output.stderr);
-            assert!(output.status.success(), "{control}: {said}");
+            let mut command = robhaz(dir.path());
+            command.args(["run", "short.toml", "--set", "record.duration=0.6"]);
+            succeeded(command.args(["--out", "a", "--force", "--format", format]));
         }
     }
 }
@@ -204,8 +168,7 @@ fn force_replaces_a_run_of_every_control() {
 #[cfg(unix)]
 #[test]
 fn a_run_in_progress_is_left_alone() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let mut first = robhaz(dir.path())
         .args(["run", "short.toml", "--out", "a", "--pace", "real-time"])
         .stdout(std::process::Stdio::null())
@@ -216,18 +179,14 @@ fn a_run_in_progress_is_left_alone() {
         assert!(first.try_wait().unwrap().is_none());
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
-    let second = robhaz(dir.path())
-        .args(["run", "short.toml", "--out", "a", "--force"])
-        .output()
-        .unwrap();
-    let said = text(&second.stderr);
-    assert!(said.contains("another run is writing"), "{said}");
+    let second = refused(robhaz(dir.path()).args(["run", "short.toml", "--out", "a", "--force"]));
+    assert_contains(second, "another run is writing");
     fs::create_dir(dir.path().join("a")).unwrap();
     fs::write(dir.path().join("a/mine"), "years").unwrap();
     let ended = first.wait_with_output().unwrap();
     assert!(!ended.status.success());
     let said = text(&ended.stderr);
-    assert!(said.contains("the complete run is in a.partial"), "{said}");
+    assert_contains(&said, "the complete run is in a.partial");
     assert!(dir.path().join("a.partial/summary.json").exists());
     assert_eq!(
         fs::read_to_string(dir.path().join("a/mine")).unwrap(),
@@ -239,15 +198,10 @@ fn a_run_in_progress_is_left_alone() {
 #[cfg(unix)]
 #[test]
 fn a_linked_output_folder_stays_a_link() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     fs::create_dir_all(dir.path().join("disk/results")).unwrap();
     std::os::unix::fs::symlink("disk/results", dir.path().join("a")).unwrap();
-    let output = robhaz(dir.path())
-        .args(["run", "short.toml", "--out", "a"])
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeded(robhaz(dir.path()).args(["run", "short.toml", "--out", "a"]));
     assert!(dir.path().join("a").is_symlink());
     assert!(dir.path().join("disk/results/summary.json").exists());
 }
@@ -255,8 +209,7 @@ fn a_linked_output_folder_stays_a_link() {
 /// A start that fails leaves no folder, and says why in one chain.
 #[test]
 fn a_start_that_fails_leaves_no_folder() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     for (set, reason) in [
         ("robot.geometry.body_cg=[1.0, 0.3]", "tips forward"),
         (
@@ -264,25 +217,13 @@ fn a_start_that_fails_leaves_no_folder() {
             "finds no rest at its start: the motor of wheel",
         ),
     ] {
-        let output = robhaz(dir.path())
-            .args(["run", "short.toml", "--set", set])
-            .args([
-                "--set",
-                "terrain.kind=heights",
-                "--set",
-                "terrain.interpolation=corners",
-            ])
-            .args(["--set", "terrain.points=[[-5, -1], [5, 1]]"])
-            .output()
-            .unwrap();
-        assert!(!output.status.success());
-        let said = text(&output.stderr);
-        let said = said
-            .split_whitespace()
-            .filter(|w| *w != "│")
-            .collect::<Vec<_>>()
-            .join(" ");
-        assert!(said.contains(reason), "{said}");
+        let mut command = robhaz(dir.path());
+        command.args(["run", "short.toml", "--set", set]);
+        command.args(["--set", "terrain.kind=heights"]);
+        command.args(["--set", "terrain.interpolation=corners"]);
+        command.args(["--set", "terrain.points=[[-5, -1], [5, 1]]"]);
+        let said = on_one_line(refused(&mut command).as_bytes());
+        assert_contains(&said, reason);
         assert!(!said.contains("broke off"), "{said}");
         assert!(!dir.path().join("runs").exists(), "{set}");
     }

@@ -1,6 +1,6 @@
 //! `robhaz path`: agreement with driving in the simulator, and the command.
 
-use crate::support::{page_commands, robhaz, root, text};
+use crate::support::{assert_contains, page_commands, robhaz, root, succeeded, text};
 use rayon::prelude::*;
 use robhaz_path::{DriveKind, Options, PathSetup, judge};
 use robhaz_scene::Scene;
@@ -115,8 +115,7 @@ fn the_documented_commands_run() {
             Some(name) => scenes.join(name).display().to_string(),
             None => w.to_owned(),
         });
-        let output = robhaz(folder.path()).args(words).output().unwrap();
-        assert!(output.status.success(), "{line}: {}", text(&output.stderr));
+        let output = succeeded(robhaz(folder.path()).args(words));
         if line.ends_with("--json") {
             let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
             for key in [
@@ -164,16 +163,14 @@ fn the_command_says_why() {
     let out = ["--out", "judged", "--format", "csv"];
     let (code, stdout, _) = run(&out);
     assert_eq!(code, Some(1));
-    assert!(stdout.contains("NO-GO at x = 0.9"), "{stdout}");
+    assert_contains(&stdout, "NO-GO at x = 0.9");
     let columns = std::fs::read_to_string(folder.path().join("judged/columns.csv")).unwrap();
-    assert!(columns.contains("path,needed_mu,1,"), "{columns}");
+    assert_contains(&columns, "path,needed_mu,1,");
     let (_, _, stderr) = run(&out);
-    assert!(
-        stderr.contains("path.csv exists") && stderr.contains("--force"),
-        "{stderr}"
-    );
+    assert_contains(&stderr, "path.csv exists");
+    assert_contains(&stderr, "--force");
     let (_, stdout, _) = run(&[out.as_slice(), &["--force"]].concat());
-    assert!(stdout.contains("NO-GO"), "{stdout}");
+    assert_contains(&stdout, "NO-GO");
     for (arguments, expected) in [
         (["--mu", "-0.1"], "--mu) is -0.1"),
         (["--mu-sigma", "-1"], "--mu-sigma) is -1"),
@@ -182,6 +179,6 @@ fn the_command_says_why() {
     ] {
         let (code, _, stderr) = run(&arguments);
         assert_eq!(code, Some(1), "{arguments:?}");
-        assert!(stderr.contains(expected), "{stderr}");
+        assert_contains(&stderr, expected);
     }
 }

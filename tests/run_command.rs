@@ -1,23 +1,16 @@
 //! The command `robhaz run`: what it leaves behind, and what it says when a run breaks off.
 
-use crate::support::{robhaz, root, short_scene, text};
+use crate::support::{
+    assert_contains, on_one_line, refused, robhaz, root, short_scene, succeeded, summary, text,
+    words, write_short_scene,
+};
 use std::fs;
-use std::path::Path;
-use std::process::Output;
-
-/// Runs a scene of one second in a folder.
-fn run_short(folder: &Path) -> Output {
-    short_scene(folder, "");
-    let mut command = robhaz(folder);
-    command.args(["run", "short.toml"]).output().unwrap()
-}
 
 /// One run leaves everything that was promised, and says where.
 #[test]
 fn run_leaves_tables_figures_summary_and_scene() {
-    let dir = tempfile::tempdir().unwrap();
-    let output = run_short(dir.path());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let dir = short_scene();
+    let output = succeeded(robhaz(dir.path()).args(["run", "short.toml"]));
     let run = dir.path().join("runs/short");
     let mut expected = vec![
         "truth.parquet",
@@ -55,8 +48,7 @@ fn run_leaves_tables_figures_summary_and_scene() {
     // No progress bar in a pipe.
     assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
 
-    let summary: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(run.join("summary.json")).unwrap()).unwrap();
+    let summary = summary(&run);
     assert_eq!(summary["scene"], "short");
     assert_eq!(summary["engine"], "rapier");
     assert_eq!(summary["seed"], 0);
@@ -67,11 +59,7 @@ fn run_leaves_tables_figures_summary_and_scene() {
     // more than the start leaves.
     assert!(error["nrmse"].as_f64().unwrap() < 1e-2, "{error}");
 
-    let compared = robhaz(dir.path())
-        .args(["compare", "runs/short"])
-        .output()
-        .unwrap();
-    assert!(compared.status.success());
+    let compared = succeeded(robhaz(dir.path()).args(["compare", "runs/short"]));
     assert!(text(&compared.stdout).contains("paper-wheels"));
 }
 
@@ -79,29 +67,23 @@ fn run_leaves_tables_figures_summary_and_scene() {
 /// before the first runs.
 #[test]
 fn several_scenes_run_one_after_the_other() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let short = std::fs::read_to_string(dir.path().join("short.toml")).unwrap();
     std::fs::write(dir.path().join("other.toml"), &short).unwrap();
     let run = |files: [&str; 2]| {
         let mut command = robhaz(dir.path());
         command.arg("run").args(files).args(["--out", "both"]);
-        command.output().unwrap()
+        command
     };
     std::fs::write(
         dir.path().join("same.toml"),
         format!("name = \"short\"\n{short}"),
     )
     .unwrap();
-    let refused = run(["short.toml", "same.toml"]);
-    let message = text(&refused.stderr);
-    assert!(
-        !refused.status.success() && message.contains("the same name"),
-        "{message}"
-    );
+    let message = refused(&mut run(["short.toml", "same.toml"]));
+    assert_contains(message, "the same name");
     assert!(!dir.path().join("both").exists());
-    let done = run(["short.toml", "other.toml"]);
-    assert!(done.status.success(), "{}", text(&done.stderr));
+    succeeded(&mut run(["short.toml", "other.toml"]));
     for name in ["short", "other"] {
         assert!(
             dir.path()
@@ -117,8 +99,7 @@ fn several_scenes_run_one_after_the_other() {
 /// being replaced.
 #[test]
 fn a_run_has_a_page() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let done = |args: &[&str]| {
         let output = robhaz(dir.path()).args(args).output().unwrap();
         (output.status.success(), text(&output.stderr))
@@ -140,14 +121,16 @@ fn a_run_has_a_page() {
 /// itself.
 #[test]
 fn the_resolved_scene_runs_again_to_the_same_bits() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     for (scene, out) in [("short.toml", "first"), ("first/scene.toml", "second")] {
-        let output = robhaz(dir.path())
-            .args(["run", scene, "--out", out, "--set", "record.duration=1"])
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeded(robhaz(dir.path()).args([
+            "run",
+            scene,
+            "--out",
+            out,
+            "--set",
+            "record.duration=1",
+        ]));
     }
     for name in [
         "truth.parquet",
@@ -169,21 +152,14 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     let scene = "[terrain]\nkind = \"step\"\nstart = 0.45\nkerb = -5\n\n[drive]\nspeed = 0.5\nstart_time = 0\n\n\
                  [engine]\nstart = \"raw\"\n\n[record]\nduration = 3.5\ncompare_from = 3\n";
     fs::write(dir.path().join("short.toml"), scene).unwrap();
-    let output = robhaz(dir.path())
-        .args(["run", "short.toml", "--format", "csv"])
-        .output()
-        .unwrap();
-    assert!(!output.status.success());
-    let said = text(&output.stderr);
-    assert!(
-        said.contains("has turned over") && said.contains("short.partial"),
-        "{said}"
-    );
+    let said = refused(robhaz(dir.path()).args(["run", "short.toml", "--format", "csv"]));
+    assert_contains(&said, "has turned over");
+    assert_contains(&said, "short.partial");
     assert!(!dir.path().join("runs/short").exists());
     let table = fs::read_to_string(dir.path().join("runs/short.partial/truth.csv")).unwrap();
     assert!(table.starts_with("time,"));
     // It is compared, and does not pass for a complete run.
-    short_scene(dir.path(), "");
+    write_short_scene(dir.path(), "");
     let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg"];
     let mut command = robhaz(dir.path());
     command.args(["run", "short.toml", "--out", "steep"]);
@@ -191,18 +167,12 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     for set in steep {
         command.args(["--set", set]);
     }
-    let said = text(&command.output().unwrap().stderr);
-    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains("short broke off at"), "{said}");
-    let compared = robhaz(dir.path())
-        .args(["compare", "steep.partial"])
-        .output()
-        .unwrap();
-    let shown = text(&compared.stdout);
-    assert!(
-        shown.contains("steep.partial broke off at") && shown.contains("turned over"),
-        "{shown}"
-    );
+    let said = on_one_line(refused(&mut command).as_bytes());
+    assert_contains(&said, "short broke off at");
+    let mut compare = robhaz(dir.path());
+    let shown = text(&succeeded(compare.args(["compare", "steep.partial"])).stdout);
+    assert_contains(&shown, "steep.partial broke off at");
+    assert_contains(&shown, "turned over");
 }
 
 /// A robot that is stuck is reported at the end of its run and in its summary.
@@ -210,28 +180,16 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
 fn a_stuck_robot_is_reported() {
     let dir = tempfile::tempdir().unwrap();
     let scene = root().join("scenes/stairs.toml");
-    let output = robhaz(dir.path())
-        .args(["run", &scene.to_string_lossy(), "--engine", "direct"])
-        .args([
-            "--rerun",
-            "off",
-            "--out",
-            "out",
-            "--set",
-            "record.duration=10",
-            "--set",
-            "robot.geometry=A",
-        ])
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let shown = text(&output.stdout);
-    assert!(
-        shown.contains("stairs: the robot is STUCK since 6.2 s"),
-        "{shown}"
+    let output = succeeded(
+        robhaz(dir.path())
+            .args(["run", &scene.to_string_lossy(), "--engine", "direct"])
+            .args(words(
+                "--rerun off --out out --set record.duration=10 --set robot.geometry=A",
+            )),
     );
-    let summary = fs::read_to_string(dir.path().join("out/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let shown = text(&output.stdout);
+    assert_contains(&shown, "stairs: the robot is STUCK since 6.2 s");
+    let summary = summary(&dir.path().join("out"));
     let since = summary["progress"]["stuck_since_s"].as_f64().unwrap();
     assert!((since - 6.2).abs() < 0.1, "{since}");
     assert_eq!(
@@ -247,22 +205,10 @@ fn a_stuck_robot_is_reported() {
 /// `--seed` and `--set` end up in the resolved scene and in the summary.
 #[test]
 fn seed_and_overrides_are_kept() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
-    let output = robhaz(dir.path())
-        .args([
-            "run",
-            "short.toml",
-            "--seed",
-            "42",
-            "--set",
-            "drive.kp=2",
-            "--set",
-            "record.duration=1",
-        ])
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    let dir = short_scene();
+    succeeded(robhaz(dir.path()).args(words(
+        "run short.toml --seed 42 --set drive.kp=2 --set record.duration=1",
+    )));
     let run = dir.path().join("runs/short");
     assert!(
         fs::read_to_string(run.join("summary.json"))
@@ -277,8 +223,7 @@ fn seed_and_overrides_are_kept() {
 /// Runs that leave what the simulation knows say so: a robot on its back, a start inside a bump.
 #[test]
 fn runs_out_of_range_stop_with_a_reason() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let run = |name: &str, sets: &[&str]| {
         let mut command = robhaz(dir.path());
         command.args([
@@ -292,11 +237,7 @@ fn runs_out_of_range_stop_with_a_reason() {
         for set in sets {
             command.args(["--set", set]);
         }
-        let output = command.output().unwrap();
-        assert!(!output.status.success(), "{name}");
-        // The report breaks lines where the terminal would.
-        let said = text(&output.stderr);
-        said.split_whitespace().collect::<Vec<_>>().join(" ")
+        on_one_line(refused(&mut command).as_bytes())
     };
     for engine in ["engine.kind=rapier", "engine.kind=direct"] {
         for (start, bump, expected) in [
@@ -315,13 +256,13 @@ fn runs_out_of_range_stop_with_a_reason() {
                 engine,
             ];
             let said = run(&format!("{start}-{engine}"), &sets);
-            assert!(said.contains(expected), "{said}");
+            assert_contains(&said, expected);
         }
         let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg", engine];
         // Starts that fail leave no folder.
         assert!(fs::read_dir(dir.path()).unwrap().count() <= 2);
         let said = run(&format!("steep-{engine}"), &steep);
-        assert!(said.contains("turned over"), "{said}");
+        assert_contains(&said, "turned over");
     }
 }
 
@@ -329,8 +270,8 @@ fn runs_out_of_range_stop_with_a_reason() {
 /// the simulation took of it.
 #[test]
 fn the_last_lines_tell_the_time_of_the_whole_command_and_how_to_see_the_run() {
-    let dir = tempfile::tempdir().unwrap();
-    let output = run_short(dir.path());
+    let dir = short_scene();
+    let output = succeeded(robhaz(dir.path()).args(["run", "short.toml"]));
     let shown = text(&output.stdout);
     let mut lines = shown.lines().rev();
     if cfg!(feature = "viewer") {
@@ -348,7 +289,7 @@ fn the_last_lines_tell_the_time_of_the_whole_command_and_how_to_see_the_run() {
     let [whole, simulation] = numbers[..] else {
         panic!("{last}");
     };
-    assert!(last.contains("the whole command took"), "{last}");
+    assert_contains(last, "the whole command took");
     // Rounded to 0.01 s each.
     assert!(whole + 0.02 > simulation && simulation > 0.0, "{last}");
 }

@@ -1,22 +1,20 @@
 //! The command `robhaz study` on a scene.
 
-use crate::support::{robhaz, short_scene, text};
+use crate::support::{assert_contains, refused, robhaz, short_scene, succeeded, text};
 use std::fs;
 
 /// A study prints its table, says what was run, prints the same as JSON, repeats to the bit, and
 /// with a folder leaves its dataset, also of shards.
 #[test]
 fn study_prints_a_table_and_writes_its_dataset() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let study = |more: &[&str]| {
-        let output = robhaz(dir.path())
-            .args(["study", "short.toml", "--ladder", "--engine", "direct"])
-            .args(["--set", "sensors.grade=typical", "--seeds", "5"])
-            .args(more)
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        let output = succeeded(
+            robhaz(dir.path())
+                .args(["study", "short.toml", "--ladder", "--engine", "direct"])
+                .args(["--set", "sensors.grade=typical", "--seeds", "5"])
+                .args(more),
+        );
         // No progress bar in a pipe.
         assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
         text(&output.stdout)
@@ -57,9 +55,8 @@ fn study_prints_a_table_and_writes_its_dataset() {
 /// What cannot be studied is refused with the reason.
 #[test]
 fn study_refuses_what_it_cannot_do() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
-    let refused = [
+    let dir = short_scene();
+    let cases = [
         (vec!["--set", "estimator=[]"], "no estimator"),
         (vec!["--seeds", "0"], "1..=10000"),
         (
@@ -77,14 +74,8 @@ fn study_refuses_what_it_cannot_do() {
         ),
         (vec!["--engine", "box2d"], "direct"),
     ];
-    for (args, reason) in refused {
-        let output = robhaz(dir.path())
-            .args(["study", "short.toml"])
-            .args(&args)
-            .output()
-            .unwrap();
-        let message = text(&output.stderr);
-        assert!(!output.status.success(), "{args:?}");
-        assert!(message.contains(reason), "{args:?}: {message}");
+    for (args, reason) in cases {
+        let message = refused(robhaz(dir.path()).args(["study", "short.toml"]).args(args));
+        assert_contains(message, reason);
     }
 }

@@ -1,7 +1,7 @@
 //! The command `robhaz study` on study files: the same dataset whatever happens on the way.
 #![cfg(unix)]
 
-use crate::support::{robhaz, text};
+use crate::support::{assert_contains, on_one_line, refused, robhaz, succeeded, text, words};
 use std::fs;
 use std::path::Path;
 use std::process::{Output, Stdio};
@@ -26,10 +26,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
 
 /// Runs a command that must succeed. Returns standard output.
 fn succeed(folder: &Path, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    let error = text(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {error}");
-    text(&output.stdout)
+    text(&succeeded(robhaz(folder).args(arguments)).stdout)
 }
 
 fn dataset(folder: &Path, name: &str) -> Vec<u8> {
@@ -48,10 +45,7 @@ const MANY: &str = "tables = [3]\n[[axis]]\nkey = \"drive.speed\"\nvalues = [0.1
 #[test]
 fn kills_and_shards_leave_the_same_dataset() {
     let dir = study(MANY);
-    succeed(
-        dir.path(),
-        &["study", "study.toml", "--out", "alone", "--jobs", "2"],
-    );
+    succeed(dir.path(), &words("study study.toml --out alone --jobs 2"));
     let whole = dataset(dir.path(), "alone");
 
     let journal = dir.path().join("killed/runs.jsonl");
@@ -81,11 +75,8 @@ fn kills_and_shards_leave_the_same_dataset() {
     }
     assert!(lines.is_sorted(), "finished runs were lost: {lines:?}");
     assert!(*lines.last().unwrap() >= 15 * 19, "{lines:?}");
-    let said = succeed(
-        dir.path(),
-        &["study", "study.toml", "--out", "killed", "--jobs", "3"],
-    );
-    assert!(said.contains(" of 500 runs computed in "), "{said}");
+    let said = succeed(dir.path(), &words("study study.toml --out killed --jobs 3"));
+    assert_contains(&said, " of 500 runs computed in ");
     assert!(
         !said.contains("500 of 500"),
         "finished runs were repeated: {said}"
@@ -99,20 +90,20 @@ fn kills_and_shards_leave_the_same_dataset() {
         let shard = format!("{part}/3");
         let study = ["study", "study.toml", "--out", "parts", "--jobs", part];
         let said = succeed(dir.path(), &[&study[..], &["--shard", &shard]].concat());
-        assert!(said.contains("This part is complete"), "{said}");
+        assert_contains(&said, "This part is complete");
         assert!(!dir.path().join("parts/study.parquet").exists());
     }
     let said = succeed(dir.path(), &["study", "study.toml", "--out", "parts"]);
-    assert!(said.contains("All 500 runs are done."), "{said}");
+    assert_contains(&said, "All 500 runs are done.");
     assert!(dataset(dir.path(), "parts") == whole);
     // A finished folder stays as it is.
     let said = succeed(dir.path(), &["study", "study.toml", "--out", "parts"]);
-    assert!(said.contains("All 500 runs are done."), "{said}");
+    assert_contains(&said, "All 500 runs are done.");
     // What no shard has computed is computed.
     let second = ["study", "study.toml", "--out", "part", "--shard", "2/3"];
     succeed(dir.path(), &second);
     let said = succeed(dir.path(), &["study", "study.toml", "--out", "part"]);
-    assert!(said.contains("333 of 500 runs computed in "), "{said}");
+    assert_contains(&said, "333 of 500 runs computed in ");
     assert!(dataset(dir.path(), "part") == whole);
     // The tables of run 3 came along.
     for folder in ["alone", "killed", "parts"] {
@@ -136,7 +127,7 @@ fn a_changed_study_is_refused() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3\n");
     let study_of = ["study", "study.toml", "--out", "out"];
     let said = succeed(dir.path(), &study_of);
-    assert!(said.contains("3 of 3 runs computed"), "{said}");
+    assert_contains(&said, "3 of 3 runs computed");
     let whole = dataset(dir.path(), "out");
     assert!(succeed(dir.path(), &study_of).contains("All 3 runs are done."));
     let edits = [
@@ -152,20 +143,15 @@ fn a_changed_study_is_refused() {
         let path = dir.path().join(file);
         let before = fs::read_to_string(&path).unwrap();
         fs::write(&path, before.replace(old, new)).unwrap();
-        let output = run(dir.path(), &study_of);
-        let error = text(&output.stderr);
-        assert!(
-            !output.status.success() && error.contains(reason),
-            "{error}"
-        );
+        assert_contains(refused(robhaz(dir.path()).args(study_of)), reason);
         fs::write(&path, before).unwrap();
     }
     assert!(dataset(dir.path(), "out") == whole);
     // A folder with something else is left alone.
     fs::create_dir(dir.path().join("mine")).unwrap();
     fs::write(dir.path().join("mine/notes.txt"), "mine").unwrap();
-    let output = run(dir.path(), &["study", "study.toml", "--out", "mine"]);
-    assert!(text(&output.stderr).contains("holds no study"));
+    let error = refused(robhaz(dir.path()).args(["study", "study.toml", "--out", "mine"]));
+    assert_contains(error, "holds no study");
 }
 
 /// Ctrl-C ends a study in order: exit code 130, the number of finished runs, and the same command
@@ -191,10 +177,8 @@ fn an_interrupted_study_goes_on() {
     let output = child.wait_with_output().unwrap();
     let error = text(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{error}");
-    assert!(
-        error.contains("stopped by Ctrl-C") && error.contains("of 3000 runs are done"),
-        "{error}"
-    );
+    assert_contains(&error, "stopped by Ctrl-C");
+    assert_contains(&error, "of 3000 runs are done");
     let lines = fs::read_to_string(&journal).unwrap();
     assert!(lines.ends_with('\n') && error.contains(&format!("{} of 3000", lines.lines().count())));
 }
@@ -207,16 +191,9 @@ fn a_full_disk_keeps_finished_runs() {
     let robhaz = env!("CARGO_BIN_EXE_robhaz");
     // 16 blocks of 512 or 1024 bytes: some ten lines.
     let script = format!("ulimit -f 16; exec '{robhaz}' study study.toml --out out");
-    let output = std::process::Command::new("sh")
-        .args(["-c", &script])
-        .current_dir(dir.path())
-        .output()
-        .unwrap();
-    let error = text(&output.stderr);
-    assert!(
-        !output.status.success() && error.contains("cannot write"),
-        "{error}"
-    );
+    let mut shell = std::process::Command::new("sh");
+    let error = refused(shell.args(["-c", &script]).current_dir(dir.path()));
+    assert_contains(error, "cannot write");
     let journal = fs::read_to_string(dir.path().join("out/runs.jsonl")).unwrap();
     assert!(
         journal.lines().count() > 3 && journal.ends_with('\n'),
@@ -315,31 +292,19 @@ fn mistakes_in_a_study_name_their_place() {
     ];
     for (axes, place, reason) in mistakes {
         let dir = study(axes);
-        let output = run(dir.path(), &["study", "study.toml", "--out", "out"]);
-        let error = text(&output.stderr);
-        // The report wraps its lines.
-        let flat: String = error
-            .split_whitespace()
-            .collect::<Vec<_>>()
-            .join(" ")
-            .replace("│ ", "");
-        assert!(!output.status.success(), "{axes}");
-        assert!(
-            flat.contains(place) && flat.contains(reason),
-            "{axes}: {error}"
-        );
+        let error = refused(robhaz(dir.path()).args(["study", "study.toml", "--out", "out"]));
+        let error = on_one_line(error.as_bytes());
+        assert_contains(&error, place);
+        assert_contains(&error, reason);
         assert!(!dir.path().join("out").exists());
     }
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 2\n");
     fs::remove_file(dir.path().join("scene.toml")).unwrap();
-    let output = run(dir.path(), &["study", "study.toml"]);
-    let error = text(&output.stderr);
-    assert!(
-        error.contains("study.toml:1: scene") && error.contains("cannot be read"),
-        "{error}"
-    );
-    let output = run(dir.path(), &["study", "study.toml", "--shard", "3/2"]);
-    assert!(text(&output.stderr).contains("I from 1 to N"));
+    let error = refused(robhaz(dir.path()).args(["study", "study.toml"]));
+    assert_contains(&error, "study.toml:1: scene");
+    assert_contains(&error, "cannot be read");
+    let error = refused(robhaz(dir.path()).args(["study", "study.toml", "--shard", "3/2"]));
+    assert_contains(error, "I from 1 to N");
 }
 
 /// A digit that changes in the journal of a stopped study is found by its line's checksum and said,
@@ -398,19 +363,12 @@ fn a_failing_run_does_not_stop_the_others() {
     };
     let dir = study(&axes("[0.04, 0.08]"));
     let said = succeed(dir.path(), &["study", "study.toml", "--out", "out"]);
-    assert!(said.contains("4 of 4 runs computed"), "{said}");
-    assert!(
-        said.contains("1 of them failed: see the column error."),
-        "{said}"
-    );
+    assert_contains(&said, "4 of 4 runs computed");
+    assert_contains(&said, "1 of them failed: see the column error.");
     // Where no run can succeed the study is refused.
     let dir = study(&axes("[0.04, 0.05]").replace("[0.02, 0.06]", "[0.06, 0.07]"));
-    let output = run(dir.path(), &["study", "study.toml", "--out", "out"]);
-    let error = text(&output.stderr);
-    assert!(
-        !output.status.success() && error.contains("below record.duration"),
-        "{error}"
-    );
+    let error = refused(robhaz(dir.path()).args(["study", "study.toml", "--out", "out"]));
+    assert_contains(error, "below record.duration");
 }
 
 /// `--dry-run` lists the runs, their simulated time and the truths that they share, also with
@@ -456,7 +414,7 @@ fn runs_that_differ_in_sensors_alone_share_their_truth() {
     assert!(plan(&(seen + &rates), "").contains("96 runs of 0.04 s; at least 2 simulated"));
     let closed = "set = [\"drive.kind=shared\", \"drive.estimator=kalman\"]\n";
     let said = plan(&axis("seed", "[1, 2, 3]"), closed);
-    assert!(said.contains("3 runs of 0.04 s; each simulated."), "{said}");
+    assert_contains(&said, "3 runs of 0.04 s; each simulated.");
 }
 
 /// Options that a study file or a scene does not take are refused.
@@ -468,9 +426,7 @@ fn options_of_the_other_kind_of_study_are_refused() {
         (vec!["study", "scene.toml", "--shard", "1/2"], "--out DIR"),
     ];
     for (arguments, answer) in cases {
-        let output = run(dir.path(), &arguments);
-        let error = text(&output.stderr).replace("\n  │ ", " ");
-        assert!(!output.status.success(), "{arguments:?}");
-        assert!(error.contains(answer), "{arguments:?}: {error}");
+        let error = refused(robhaz(dir.path()).args(arguments));
+        assert_contains(error.replace("\n  │ ", " "), answer);
     }
 }

@@ -1,6 +1,6 @@
 //! The pages on studies: their commands run, on the studies that they show.
 
-use crate::support::{page_commands, robhaz, root, text};
+use crate::support::{page_commands, robhaz, root, succeeded};
 use std::fs;
 use std::path::Path;
 
@@ -13,8 +13,7 @@ fn run_all(folder: &Path, page: &str) -> (usize, usize) {
         .partition(|line| line.starts_with("robhaz "));
     for line in &ours {
         let words = line.split_whitespace().skip(1);
-        let output = robhaz(folder).args(words).output().unwrap();
-        assert!(output.status.success(), "{line}: {}", text(&output.stderr));
+        succeeded(robhaz(folder).args(words));
     }
     for line in &scripts {
         let script = "python examples/python/plot_study.py runs/";

@@ -8,7 +8,7 @@ use robhaz_score::{Rule, Score};
 use robhaz_sim::Truth;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 use std::sync::{Arc, Mutex, OnceLock};
 use tempfile::TempDir;
 
@@ -34,6 +34,29 @@ pub fn robhaz(folder: &Path) -> Command {
     command
 }
 
+/// The output of a command that succeeds.
+#[track_caller]
+pub fn succeeded(command: &mut Command) -> Output {
+    let output = command.output().unwrap();
+    let error = text(&output.stderr);
+    assert!(output.status.success(), "{command:?}: {error}");
+    output
+}
+
+/// The error of a command that fails.
+#[track_caller]
+pub fn refused(command: &mut Command) -> String {
+    let output = command.output().unwrap();
+    let said = text(&output.stdout);
+    assert!(!output.status.success(), "{command:?}: {said}");
+    text(&output.stderr)
+}
+
+/// The words of a command line, none with a space.
+pub fn words(line: &str) -> Vec<&str> {
+    line.split(' ').collect()
+}
+
 /// A folder of a test's own with what `robhaz run scenes/smooth.toml` leaves in `run`, by the engine direct and
 /// without recording. The command runs once for all tests with the same further arguments.
 pub fn with_run(arguments: &[&str]) -> TempDir {
@@ -45,8 +68,7 @@ pub fn with_run(arguments: &[&str]) -> TempDir {
         let mut command = robhaz(made.path());
         command.arg("run").arg(root().join("scenes/smooth.toml"));
         command.args(["--engine", "direct", "--rerun", "off", "--out", "run"]);
-        let output = command.args(arguments).output().unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeded(command.args(arguments));
         let folders = ["run", "run/figures"].map(|name| made.path().join(name));
         let entries = folders.iter().flat_map(|f| std::fs::read_dir(f).unwrap());
         let paths = entries.map(|entry| entry.unwrap().path());
@@ -71,14 +93,25 @@ pub fn with_run(arguments: &[&str]) -> TempDir {
 pub fn cargo(arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO"));
     command.args(arguments).args(["--offline", "--locked"]);
-    let output = command.current_dir(root()).output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    text(&output.stdout)
+    text(&succeeded(command.current_dir(root())).stdout)
 }
 
 /// Output of the command as text.
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Output of the command on one line, without the frame of a report, which breaks lines where the terminal would.
+pub fn on_one_line(bytes: &[u8]) -> String {
+    let text = text(bytes).replace(['│', '╰', '├', '─', '▶', '×'], " ");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Fails with the whole text unless it has this part.
+#[track_caller]
+pub fn assert_contains(text: impl AsRef<str>, part: impl AsRef<str>) {
+    let (text, part) = (text.as_ref(), part.as_ref());
+    assert!(text.contains(part), "not there: {part}\n{text}");
 }
 
 /// The commands that a page of docs/ shows, a line each: all lines of its blocks `sh`.
@@ -91,17 +124,24 @@ pub fn page_commands(page: &str) -> Vec<String> {
         .collect()
 }
 
-/// A scene of one second that a test may edit.
-pub fn short_scene(folder: &Path, extra: &str) -> PathBuf {
-    let path = folder.join("short.toml");
-    std::fs::write(
-        &path,
-        format!(
-            "[terrain]\nkind = \"flat\"\n\n[record]\nduration = 1.5\ncompare_from = 0.5\n{extra}"
-        ),
-    )
-    .unwrap();
-    path
+/// Writes `short.toml`, a scene of one and a half seconds.
+pub fn write_short_scene(folder: &Path, extra: &str) {
+    let record = "[record]\nduration = 1.5\ncompare_from = 0.5\n";
+    let text = format!("[terrain]\nkind = \"flat\"\n\n{record}{extra}");
+    std::fs::write(folder.join("short.toml"), text).unwrap();
+}
+
+/// A folder with that scene.
+pub fn short_scene() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    write_short_scene(folder.path(), "");
+    folder
+}
+
+/// The summary of the run or estimate in a folder.
+pub fn summary(folder: &Path) -> serde_json::Value {
+    let json = std::fs::read(folder.join("summary.json")).unwrap();
+    serde_json::from_slice(&json).unwrap()
 }
 
 /// The truth of a whole scene at each record.

@@ -1,21 +1,15 @@
 //! A measured track on its way through the command: copied, run again to the bit, shown as a table,
 //! warned of.
 
-use crate::support::root;
+use crate::support::{robhaz, root, succeeded, words};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn run(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));
-    command.current_dir(folder).arg("run").args(args);
-    let output = command
-        .args(["--format", "csv", "--rerun", "off"])
-        .output()
-        .unwrap();
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{error}");
-    output
+    let mut command = robhaz(folder);
+    command.arg("run").args(args);
+    succeeded(command.args(["--format", "csv", "--rerun", "off"]))
 }
 
 /// A kerb of 5 cm with points every 5 cm, as a spreadsheet in German writes it, out of order, with
@@ -105,12 +99,7 @@ fn a_spline_that_swings_is_warned_of() {
         ("kerb.toml", "spline", &spline, 1),
         (shipped.to_str().unwrap(), "shipped", &[], 0),
     ] {
-        let short = [
-            "--set",
-            "record.duration=1",
-            "--set",
-            "record.compare_from=0.5",
-        ];
+        let short = words("--set record.duration=1 --set record.compare_from=0.5");
         let args = [&[scene, "--out", out][..], &short, set].concat();
         assert_eq!(warnings(&args), expected, "{out}");
     }

@@ -1,13 +1,12 @@
 //! The command `robhaz verify`.
 
-use crate::support::{robhaz, short_scene, text};
+use crate::support::{assert_contains, robhaz, short_scene, text};
 
 /// `verify` prints a verdict a line and succeeds where all hold; a run that it cannot keep in
 /// memory is refused.
 #[test]
 fn verify_prints_a_verdict_a_line() {
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let output = robhaz(dir.path())
         .args(["verify", "short.toml"])
         .output()
@@ -23,11 +22,7 @@ fn verify_prints_a_verdict_a_line() {
         .output()
         .unwrap();
     assert!(!output.status.success());
-    assert!(
-        text(&output.stderr).contains("500000"),
-        "{}",
-        text(&output.stderr)
-    );
+    assert_contains(text(&output.stderr), "500000");
 }
 
 /// A reader of `verify` that goes away is no error, and an engine that stops does not hide what the
@@ -35,8 +30,7 @@ fn verify_prints_a_verdict_a_line() {
 #[test]
 fn verify_survives_its_reader_and_its_engines() {
     use std::io::Read;
-    let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
+    let dir = short_scene();
     let mut child = robhaz(dir.path())
         .args(["verify", "short.toml"])
         .stdout(std::process::Stdio::piped())

@@ -1,24 +1,21 @@
 //! The commands `robhaz view` and `robhaz run --rerun`.
 
-use crate::support::root;
+use crate::support::{self, assert_contains, on_one_line, root, succeeded, text};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 fn robhaz(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));
-    command.current_dir(folder).args(arguments);
+    let mut command = support::robhaz(folder);
+    command.args(arguments);
     command
 }
 
-/// Standard error in one line, because error reports wrap lines at the terminal's width.
-fn said(output: &Output) -> String {
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    text.replace('│', " ")
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
+/// The error of a command that fails, on one line.
+#[track_caller]
+fn refused(command: &mut Command) -> String {
+    on_one_line(support::refused(command).as_bytes())
 }
 
 fn flat_scene(folder: &Path, duration: f64) {
@@ -33,19 +30,14 @@ fn flat_scene(folder: &Path, duration: f64) {
 fn view_needs_a_recording_and_says_how_to_get_one() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
-    let run = robhaz(dir.path(), &["run", "flat.toml", "--rerun", "off"])
-        .output()
-        .unwrap();
-    assert!(run.status.success(), "{}", said(&run));
+    succeeded(&mut robhaz(
+        dir.path(),
+        &["run", "flat.toml", "--rerun", "off"],
+    ));
     assert!(dir.path().join("runs/flat/summary.json").exists());
     assert!(!dir.path().join("runs/flat/run.rrd").exists());
-    let view = robhaz(dir.path(), &["view", "runs/flat"]).output().unwrap();
-    assert!(!view.status.success());
-    assert!(
-        said(&view).contains("without `--rerun off`"),
-        "{}",
-        said(&view)
-    );
+    let said = refused(&mut robhaz(dir.path(), &["view", "runs/flat"]));
+    assert_contains(said, "without `--rerun off`");
 }
 
 /// Without a viewer the error states the command that installs it, and no file is left behind.
@@ -53,19 +45,13 @@ fn view_needs_a_recording_and_says_how_to_get_one() {
 fn a_missing_viewer_is_an_error_that_says_how_to_install_it() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
-    let run = robhaz(dir.path(), &["run", "flat.toml"]).output().unwrap();
-    assert!(run.status.success(), "{}", said(&run));
+    succeeded(&mut robhaz(dir.path(), &["run", "flat.toml"]));
     for arguments in [
         &["view", "runs/flat"] as &[&str],
         &["view", "runs/flat", "--screenshot", "shot.png"],
     ] {
-        let output = robhaz(dir.path(), arguments)
-            .env("PATH", "")
-            .output()
-            .unwrap();
-        assert!(!output.status.success(), "{arguments:?}");
-        let said = said(&output);
-        assert!(said.contains("pip install rerun-sdk==0.36.3"), "{said}");
+        let said = refused(robhaz(dir.path(), arguments).env("PATH", ""));
+        assert_contains(said, "pip install rerun-sdk==0.36.3");
     }
     assert!(!dir.path().join("shot.png").exists());
 }
@@ -75,8 +61,7 @@ fn a_missing_viewer_is_an_error_that_says_how_to_install_it() {
 fn what_cannot_be_shown_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
-    let run = robhaz(dir.path(), &["run", "flat.toml", "--out", "a"]);
-    assert!({ run }.output().unwrap().status.success());
+    succeeded(&mut robhaz(dir.path(), &["run", "flat.toml", "--out", "a"]));
     for (arguments, reason) in [
         (
             &["view", "a", "a", "--screenshot", "x.png"] as &[&str],
@@ -93,13 +78,7 @@ fn what_cannot_be_shown_is_refused() {
             "not the address",
         ),
     ] {
-        let output = robhaz(dir.path(), arguments).output().unwrap();
-        assert!(!output.status.success(), "{arguments:?}");
-        assert!(
-            said(&output).contains(reason),
-            "{arguments:?}: {}",
-            said(&output)
-        );
+        assert_contains(refused(&mut robhaz(dir.path(), arguments)), reason);
     }
     assert!(!dir.path().join("runs").exists());
 }
@@ -110,8 +89,7 @@ fn what_cannot_be_shown_is_refused() {
 fn invalid_screenshots_are_refused_at_once() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
-    let run = robhaz(dir.path(), &["run", "flat.toml"]).output().unwrap();
-    assert!(run.status.success(), "{}", said(&run));
+    succeeded(&mut robhaz(dir.path(), &["run", "flat.toml"]));
     fs::write(dir.path().join("mine.png"), "years").unwrap();
     for (arguments, reason) in [
         (&["x.jpg"] as &[&str], "x.jpg does not end in .png"),
@@ -128,17 +106,8 @@ fn invalid_screenshots_are_refused_at_once() {
         (&["x.png", "--at", "0.3"], "pip install rerun-sdk"),
         (&["mine.png", "--force"], "pip install rerun-sdk"),
     ] {
-        let output = robhaz(dir.path(), &["view", "runs/flat", "--screenshot"])
-            .args(arguments)
-            .env("PATH", "")
-            .output()
-            .unwrap();
-        assert!(!output.status.success(), "{arguments:?}");
-        assert!(
-            said(&output).contains(reason),
-            "{arguments:?}: {}",
-            said(&output)
-        );
+        let mut view = robhaz(dir.path(), &["view", "runs/flat", "--screenshot"]);
+        assert_contains(refused(view.args(arguments).env("PATH", "")), reason);
     }
     assert_eq!(
         fs::read_to_string(dir.path().join("mine.png")).unwrap(),
@@ -156,8 +125,7 @@ fn view_ends_its_viewer() {
     use std::os::unix::fs::PermissionsExt as _;
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
-    let run = robhaz(dir.path(), &["run", "flat.toml"]).output().unwrap();
-    assert!(run.status.success(), "{}", said(&run));
+    succeeded(&mut robhaz(dir.path(), &["run", "flat.toml"]));
     // A replacement for the viewer, which pip installs as a script that starts a program.
     let script = "#!/bin/sh\n[ \"$1\" = --version ] && echo rerun-cli 0.36.3 && exit\nsleep 300 &\necho $! > viewer\nwait\n";
     fs::create_dir(dir.path().join("bin")).unwrap();
@@ -192,7 +160,7 @@ fn view_ends_its_viewer() {
     };
     assert!(kill(&["-INT", &view.id().to_string()]));
     let output = view.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
     // On a loaded machine a killed process takes a moment to end. It can remain as a zombie
     // process.
     let runs = || {

@@ -1,7 +1,7 @@
 //! `robhaz weigh` from nominal values to a weighed robot, and the truth of a robot on blocks.
 
 use crate::seeds::study;
-use crate::support::{keep, robhaz, root, scene, text};
+use crate::support::{assert_contains, keep, robhaz, root, scene, text, words};
 use robhaz_masses::plate_forces;
 use robhaz_model::Robot;
 use robhaz_scene::{LogChoice, RobotChoice, Scene};
@@ -49,37 +49,18 @@ fn the_example_leads_from_a_nominal_to_a_weighed_robot() {
     for name in ["nominal.toml", "real.toml", "measurements.csv"] {
         fs::copy(example.join(name), dir.path().join(name)).unwrap();
     }
-    let planned = [
-        "weigh",
-        "--plan",
-        "6",
-        "--robot",
-        "nominal.toml",
-        "--simulate",
-        "real.toml",
-        "--out",
-        "again.csv",
-    ];
+    let planned = words("weigh --plan 6 --robot nominal.toml --simulate real.toml --out again.csv");
     let (done, said) = run_in(dir.path(), &planned);
     assert!(done, "{said}");
     let [shipped, again] = ["measurements.csv", "again.csv"]
         .map(|name| fs::read_to_string(dir.path().join(name)).unwrap());
     assert_eq!(shipped, again);
 
-    let weighing = [
-        "weigh",
-        "measurements.csv",
-        "--robot",
-        "nominal.toml",
-        "--out",
-        "weighed.toml",
-    ];
+    let weighing = words("weigh measurements.csv --robot nominal.toml --out weighed.toml");
     let (done, said) = run_in(dir.path(), &weighing);
     assert!(done, "{said}");
-    assert!(
-        said.contains("total mass") && said.contains("after weighing"),
-        "{said}"
-    );
+    assert_contains(&said, "total mass");
+    assert_contains(&said, "after weighing");
     let mut choice = LogChoice::default();
     choice.budget.body_cg = 0.01;
     choice.take_robot(&dir.path().join("weighed.toml")).unwrap();
@@ -189,7 +170,7 @@ fn a_plan_of_both_sides_has_six_scales() {
     let (done, said) = plan("real.toml");
     assert!(done, "{said}");
     let table = fs::read_to_string(dir.path().join("six.csv")).unwrap();
-    assert!(table.contains("link2 [deg],left_wheel1 [N],"), "{table}");
+    assert_contains(&table, "link2 [deg],left_wheel1 [N],");
     let weighing = [
         "weigh",
         "six.csv",
@@ -204,7 +185,7 @@ fn a_plan_of_both_sides_has_six_scales() {
     let place = weighed.whole_rover().unwrap().body_place;
     // Four postures: 0.4 mm of the rover, 0.9 mm of its body.
     assert!((place - 0.008).abs() < 0.0027, "{place}");
-    assert!(said.contains("hardly corrected: "), "{said}");
+    assert_contains(&said, "hardly corrected: ");
     let one_side = root().join("examples/weigh/real.toml");
     let (done, said) = plan(one_side.to_str().unwrap());
     assert!(!done && said.contains("has [robot.across], but"), "{said}");
@@ -241,10 +222,7 @@ fn six_scales_find_the_lateral_centre_of_mass() {
     let row = format!("0,0,{l1:.4},{l2:.4},{l3:.4},{r1:.4},{r2:.4},{r3:.4}");
     let (done, said) = weigh(&robot, header, &row);
     assert!(done, "{said}");
-    assert!(
-        said.contains("to the left: rover 5.0 ±0.8, its body "),
-        "{said}"
-    );
+    assert_contains(&said, "to the left: rover 5.0 ±0.8, its body ");
     let weighed = RobotChoice::load(&dir.path().join("weighed.toml")).unwrap();
     let place = weighed.whole_rover().unwrap().body_place;
     // 12.7 kg over the body's 5.8 kg; the fit of the masses moves their ratio by less than 1 %.

@@ -3,7 +3,7 @@
 //! `cargo test --release -p robhaz --test robhaz check::clock_faults:: -- --ignored --nocapture`
 //! runs the study.
 
-use super::common::{Failure, SOFT, readings_of, report, scene};
+use super::common::{Errors, Failure, SOFT, drive, readings_of, report, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;
@@ -70,7 +70,7 @@ struct Count {
 }
 
 /// Flags that say that something is wrong.
-fn is_flagged(flags: Flags) -> bool {
+pub fn is_flagged(flags: Flags) -> bool {
     let warnings = [
         Flags::SENSOR_STALE,
         Flags::SENSOR_ABSURD,
@@ -93,25 +93,16 @@ fn count(scene: &Scene, estimator: usize, log: &[(SensorFrame, &Truth)]) -> Resu
         }
         let trusted = !is_flagged(estimate.flags);
         let mut off = 0.0_f64;
-        for i in 0..3 {
-            let Some(contact) = truth.wheels[i].equivalent_contact() else {
-                continue;
-            };
-            let n = (estimate.normal_force[i] - contact.normal_force).abs();
-            let t = (estimate.traction[i] - contact.traction).abs();
-            let sigmas = (estimate.sigma_normal(i), estimate.sigma_traction(i));
-            let (Some(sn), Some(st)) = sigmas else {
-                return Err("kalman states its deviations".into());
-            };
-            // Forces that are held at zero have no deviation.
-            off = off.max(n / sn.max(1e-3)).max(t / st.max(1e-3));
+        for (i, wheel) in Errors::of(&estimate, truth)? {
+            off = wheel.in_deviations(1e-3).into_iter().fold(off, f64::max);
             let force = estimate.normal_force[i].max(estimate.traction[i].abs());
             count.largest = count.largest.max(force);
             if trusted {
                 count.largest_trusted = count.largest_trusted.max(force);
             }
             if force > LARGEST {
-                count.worst = count.worst.max((n / sn).max(t / st));
+                let [normal, traction] = wheel.in_deviations(0.0);
+                count.worst = count.worst.max(normal.max(traction));
             }
         }
         count.samples += 1;
@@ -192,6 +183,14 @@ impl Sum {
 /// Five times the weight, N.
 const LARGEST: f64 = 687.0;
 
+fn each_holds(counts: Vec<(String, Count)>) {
+    for (what, count) in counts {
+        let mut sum = Sum::default();
+        sum.add(&what, &count);
+        assert!(sum.holds(), "{what} {count:?}");
+    }
+}
+
 /// A clock that is set back by up to 0.4 s, at 1 kHz and at 100 Hz: the study below in small.
 #[test]
 fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
@@ -201,11 +200,7 @@ fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
         "sensors.grade=typical",
         "record.duration=12",
     ];
-    for (what, count) in counts("sine", &set, &[1, 10], 1, &FAULTS[..3])? {
-        let mut sum = Sum::default();
-        sum.add(&what, &count);
-        assert!(sum.holds(), "{what} {count:?}");
-    }
+    each_holds(counts("sine", &set, &[1, 10], 1, &FAULTS[..3])?);
     Ok(())
 }
 
@@ -214,11 +209,7 @@ fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
 #[test]
 fn a_clock_that_is_set_forward_is_survived() -> Result<(), Failure> {
     let set = ["sensors.grade=typical", "record.duration=12"];
-    for (what, count) in counts("sine", &set, &[1], 2, &FAULTS[8..9])? {
-        let mut sum = Sum::default();
-        sum.add(&what, &count);
-        assert!(sum.holds(), "{what} {count:?}");
-    }
+    each_holds(counts("sine", &set, &[1], 2, &FAULTS[8..9])?);
     Ok(())
 }
 
@@ -254,9 +245,7 @@ fn nothing_wrong_is_trusted() -> Result<(), Failure> {
 /// number. With the stamps of the rows nothing is wrong.
 #[test]
 fn rows_that_are_lost_behind_even_stamps_are_named() -> Result<(), Failure> {
-    let scene = scene("rough", &["sensors.grade=typical"])?;
-    let truth = TruthRun::of(&scene)?;
-    let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+    let (scene, mut frames) = drive("rough", &[], 11)?;
     let mut row = 0;
     frames.retain(|_| {
         row += 1;

@@ -1,7 +1,7 @@
 //! Torques as drivers give them: limited and then with noise, filtered, of another size, with a dead band.
 
 use super::common::faults::normal;
-use super::common::{Failure, error_of, readings_of, report, scene};
+use super::common::{Failure, drive, error_of, readings_of, report, scene};
 use robhaz_estimator::SensorFrame;
 use robhaz_log::check::{Report, Verdict};
 use robhaz_study::TruthRun;
@@ -14,9 +14,7 @@ fn checked(
     keys: &[&str],
     change: impl Fn(&mut [f64], usize),
 ) -> Result<Report, Failure> {
-    let scene = scene(name, &[keys, &["sensors.grade=typical"]].concat())?;
-    let truth = TruthRun::of(&scene)?;
-    let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+    let (scene, mut frames) = drive(name, keys, 11)?;
     for i in 0..3 {
         let value = |frame: &SensorFrame| frame.motor_torque[i].unwrap_or(f64::NAN);
         let mut values: Vec<f64> = frames.iter().map(value).collect();
@@ -291,9 +289,7 @@ fn a_unit_of_the_torques_is_one_fault() -> Result<(), Failure> {
 /// other, the axes are named.
 #[test]
 fn an_imu_that_sees_the_turns_on_another_axis_is_named() -> Result<(), Failure> {
-    let scene = scene("sine", &["sensors.grade=typical"])?;
-    let truth = TruthRun::of(&scene)?;
-    let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+    let (scene, mut frames) = drive("sine", &[], 11)?;
     let mut random = normal();
     for frame in &mut frames {
         for link in [&mut frame.link1, &mut frame.link2] {
@@ -314,9 +310,7 @@ fn an_imu_that_sees_the_turns_on_another_axis_is_named() -> Result<(), Failure> 
 #[test]
 fn torques_of_the_direction_of_travel_are_named() -> Result<(), Failure> {
     let back = "drive.scaling=[{wheels=[1,2,3],from=9,to=60,factor=-1}]";
-    let scene = scene("sine", &["sensors.grade=typical", back])?;
-    let truth = TruthRun::of(&scene)?;
-    let honest = readings_of(&scene, truth.samples().step_by(10), 11);
+    let (scene, honest) = drive("sine", &[back], 11)?;
     let mut directed = honest.clone();
     for frame in directed.iter_mut().filter(|frame| frame.time > 9.3) {
         for torque in &mut frame.motor_torque {
@@ -337,9 +331,7 @@ fn torques_of_the_direction_of_travel_are_named() -> Result<(), Failure> {
 /// mass: its zero is named, and no scale of the torques.
 #[test]
 fn a_zero_is_no_scale_of_the_torques() -> Result<(), Failure> {
-    let scene = scene("sine", &["sensors.grade=typical"])?;
-    let truth = TruthRun::of(&scene)?;
-    let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+    let (scene, mut frames) = drive("sine", &[], 11)?;
     frames.retain(|frame| frame.time > 3.0);
     let none = faults(&report(&scene, &frames)?);
     assert!(none.is_empty(), "{none:?}");

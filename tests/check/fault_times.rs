@@ -2,7 +2,7 @@
 //! uneven ground, which must not look like late torques.
 
 use super::common::faults::change_of;
-use super::common::{Failure, SOFT, readings, scene};
+use super::common::{Failure, SOFT, readings, scene, seeds};
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;
@@ -107,7 +107,7 @@ fn every_fault_is_reported_on_every_ground() -> Result<(), Failure> {
     // Environment variables make it another one: SEEDS, SCENE, FAULT, GRADE, SOFT (the
     // low-gain drive). Only printed then.
     let stated = |name: &str| std::env::var(name).ok();
-    let seeds = stated("SEEDS").and_then(|n| n.parse().ok()).unwrap_or(20);
+    let seeds = seeds(20);
     let grade = stated("GRADE").unwrap_or_else(|| "typical".to_owned());
     let drive: &[&str] = if stated("SOFT").is_some() { &SOFT } else { &[] };
     let is_stated_case = grade == "typical" && drive.is_empty();

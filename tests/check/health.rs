@@ -6,7 +6,7 @@
 //! the study over 100 seeds of all scenes.
 
 use super::common::faults::change_of;
-use super::common::{Failure, SOFT, readings, scene};
+use super::common::{Failure, SOFT, readings, scene, seeds};
 use crate::support::keep;
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
@@ -355,14 +355,11 @@ fn wheels_commanded_apart_raise_no_alarm() -> Result<(), Failure> {
 #[test]
 #[ignore = "five minutes of two cores"]
 fn honest_sensors_hardly_raise_alarms_in_100_seeds() -> Result<(), Failure> {
-    // A number of seeds in the environment variable SEEDS, or the name of a scene in SCENE, makes
-    // it shorter.
-    let stated = std::env::var("SEEDS").ok();
-    let seeds = stated.and_then(|n| n.parse().ok()).unwrap_or(100);
+    // The name of a scene in SCENE makes it shorter.
     let one = std::env::var("SCENE").ok();
     let is_chosen = |name: &str| one.as_ref().is_none_or(|one| one == name);
     let scenes: Vec<_> = SCENES.into_iter().filter(|s| is_chosen(s.0)).collect();
-    let (alarms, runs, _) = alarms(&scenes, seeds, |_, _| true)?;
+    let (alarms, runs, _) = alarms(&scenes, seeds(100), |_, _| true)?;
     assert!(alarms <= runs / 10_000, "{alarms} of {runs}");
     Ok(())
 }

@@ -4,7 +4,7 @@
 //! `cargo test --release -p robhaz --test robhaz check::honest_logs:: -- --ignored --nocapture`
 //! runs 2 400 logs and prints each alarm.
 
-use super::common::{Failure, SOFT, checked, readings_of, report, scene};
+use super::common::{Failure, SOFT, checked, drive, readings_of, report, scene};
 use rayon::prelude::*;
 use robhaz_log::check::{Finding, Report, Verdict};
 use robhaz_scene::Scene;
@@ -217,9 +217,7 @@ fn ideal_sensors_have_no_fault() -> Result<(), Failure> {
 /// An IMU of 10 Hz that gives both readings in one message has no delay.
 #[test]
 fn a_slow_imu_has_no_delay() -> Result<(), Failure> {
-    let scene = scene("smooth", &["sensors.grade=typical"])?;
-    let truth = TruthRun::of(&scene)?;
-    let mut frames = readings_of(&scene, truth.samples().step_by(10), 0);
+    let (scene, mut frames) = drive("smooth", &[], 0)?;
     for (k, frame) in frames.iter_mut().enumerate() {
         // Stamps that are rounded to 0.1 ms.
         frame.time += 1e-4 * f64::from(u32::try_from(k % 3)?);
@@ -258,9 +256,7 @@ fn short_logs_have_no_delay() -> Result<(), Failure> {
 fn counts_of_encoders_are_no_delay() -> Result<(), Failure> {
     let late = |counts: &str, by: usize| -> Result<Report, Failure> {
         let counts = format!("sensors.encoder_counts={counts}");
-        let scene = scene("smooth", &["sensors.grade=typical", &counts])?;
-        let truth = TruthRun::of(&scene)?;
-        let mut frames = readings_of(&scene, truth.samples().step_by(10), 11);
+        let (scene, mut frames) = drive("smooth", &[&counts], 11)?;
         for k in (by..frames.len()).rev() {
             frames[k].motor_torque = frames[k - by].motor_torque;
         }

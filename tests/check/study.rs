@@ -5,7 +5,7 @@
 //! the table of `docs/measurements/check-faults.md`.
 
 use super::common::faults::{FAULTS, Fault};
-use super::common::{Failure, SOFT, readings, report, scene};
+use super::common::{Failure, SOFT, readings, report, scene, seeds};
 use rayon::prelude::*;
 use robhaz_log::check::Report;
 use robhaz_study::TruthRun;
@@ -189,12 +189,6 @@ fn a_wheel_of_another_radius_is_distinguished_from_slip() -> Result<(), Failure>
     Ok(())
 }
 
-/// Number of seeds of a study: 20, or of the environment variable SEEDS.
-fn seeds() -> u64 {
-    let stated = std::env::var("SEEDS").ok();
-    stated.and_then(|n| n.parse().ok()).unwrap_or(20)
-}
-
 /// First seed of a study: no threshold of `check` was chosen with this or a later one.
 const FRESH: u64 = 1000;
 
@@ -205,7 +199,7 @@ const FRESH: u64 = 1000;
 #[test]
 #[ignore = "half an hour of two cores"]
 fn faults_over_twenty_seeds() -> Result<(), Failure> {
-    let seeds = seeds();
+    let seeds = seeds(20);
     let first = std::env::var("FIRST").ok();
     let first = first.and_then(|n| n.parse().ok()).unwrap_or(FRESH);
     let one = std::env::var("SCENE").ok();
@@ -273,7 +267,7 @@ fn honest_readings_of_all_scenes_have_no_fault() -> Result<(), Failure> {
         "stairs",
     ];
     have_no_fault(&scenes, &["ideal"], &[], 1)?;
-    have_no_fault(&scenes, &["typical", "poor"], &[], seeds())
+    have_no_fault(&scenes, &["typical", "poor"], &[], seeds(20))
 }
 
 /// On stairs wheels roll and spin further than the robot goes: that is no fault of the encoders.

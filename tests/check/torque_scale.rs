@@ -5,10 +5,12 @@
 //! must contain what either explanation changes; and honest logs, and logs that cannot tell, must
 //! not be blamed.
 
-use super::common::{Failure, SOFT, checked, readings, scene};
+use super::clock_faults::is_flagged;
+use super::common::{Errors, Failure, SOFT, checked, readings, scene};
+use crate::support::assert_contains;
 use rayon::prelude::*;
 use robhaz_estimator::{
-    Channels, Confirmation, Estimator, EstimatorSettings, Flags, SensorFrame, Sides, TorqueScale,
+    Channels, Confirmation, Estimator, EstimatorSettings, SensorFrame, Sides, TorqueScale,
 };
 use robhaz_log::check::{Finding, Stated, Verdict, check};
 use robhaz_masses::Tolerances;
@@ -198,7 +200,7 @@ fn level_ground_cannot_tell() -> Result<(), Failure> {
             "{factor}: {}",
             found.figure
         );
-        assert!(found.figure.contains("level ground"), "{}", found.figure);
+        assert_contains(&found.figure, "level ground");
     }
     Ok(())
 }
@@ -242,29 +244,17 @@ fn count(
         if frame.time < 2.0 {
             continue;
         }
-        let warned = [
-            Flags::SENSOR_STALE,
-            Flags::SENSOR_ABSURD,
-            Flags::OUT_OF_RANGE,
-            Flags::CONTRADICTION,
-        ];
         let confirmed = count.scale.map(|s| s.confirmation) == Some(Confirmation::Confirmed);
-        let trusted = confirmed && !faulty && !warned.iter().any(|f| estimate.flags.contains(*f));
+        let trusted = confirmed && !faulty && !is_flagged(estimate.flags);
         count.trusted += 3 * u32::from(trusted);
         let mut off = 0.0_f64;
-        for (i, wheel) in true_sample.wheels.iter().enumerate() {
-            let Some(contact) = wheel.equivalent_contact() else {
-                continue;
-            };
-            let sigma = estimate.sigma_normal(i).ok_or("deviation")?.max(1e-3);
-            let of_normal = (estimate.normal_force[i] - contact.normal_force).abs() / sigma;
-            count.within += u32::from(of_normal < 2.0);
+        for (_, wheel) in Errors::of(&estimate, true_sample)? {
+            let [normal, traction] = wheel.in_deviations(1e-3);
+            count.within += u32::from(normal < 2.0);
             count.samples += 1;
-            sigmas += sigma;
-            forces += contact.normal_force;
-            off = off.max(of_normal);
-            let sigma = estimate.sigma_traction(i).ok_or("deviation")?.max(1e-3);
-            off = off.max((estimate.traction[i] - contact.traction).abs() / sigma);
+            sigmas += wheel.sigmas[0].max(1e-3);
+            forces += wheel.load;
+            off = off.max(normal).max(traction);
         }
         count.off += 3 * u32::from(trusted && off > 5.0);
     }

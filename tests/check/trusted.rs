@@ -6,7 +6,7 @@
 //! study with more seeds, and prints each kind of log.
 
 use super::common::faults::{Change, change_of};
-use super::common::{Failure, SOFT};
+use super::common::{Errors, Failure, SOFT, readings, seeds};
 use rayon::prelude::*;
 use robhaz_estimator::{Confirmation, Estimator, Flags, LinkReading, SensorFrame};
 use robhaz_masses::Tolerances;
@@ -42,11 +42,7 @@ fn log(
     seed: u64,
     change: Option<Change>,
 ) -> Result<(f64, f64), Failure> {
-    let mut scene = scene.clone();
-    scene.seed = seed;
-    let mut sensors = scene.sensors();
-    let read = truth.samples().map(|t| sensors.read(t));
-    let mut frames: Vec<SensorFrame> = read.collect();
+    let mut frames = readings(scene, truth, seed);
     let mut settings = scene.nominal_settings(&scene.estimators[0])?;
     if let Some(change) = change {
         change.of(&mut frames);
@@ -65,18 +61,11 @@ fn log(
             continue;
         };
         let mut farthest = 0.0_f64;
-        for (i, wheel) in sample.wheels.iter().enumerate() {
-            let Some(contact) = wheel.equivalent_contact() else {
-                continue;
-            };
-            let of_normal = estimate.normal_force[i] - contact.normal_force;
-            let of_traction = estimate.traction[i] - contact.traction;
-            let normal_sigma = estimate.sigma_normal(i).ok_or("deviation of N")?;
-            let traction_sigma = estimate.sigma_traction(i).ok_or("deviation of T")?;
-            farthest = farthest.max(of_normal.abs() / normal_sigma.max(LEAST));
-            farthest = farthest.max(of_traction.abs() / traction_sigma.max(LEAST));
-            squares += of_normal * of_normal / 3.0;
-            sum += contact.normal_force / 3.0;
+        for (_, wheel) in Errors::of(&estimate, sample)? {
+            let all = wheel.in_deviations(LEAST);
+            farthest = all.into_iter().fold(farthest, f64::max);
+            squares += wheel.errors[0] * wheel.errors[0] / 3.0;
+            sum += wheel.load / 3.0;
         }
         // What no flag can show, a scale of all torques, leaves the weight unconfirmed.
         let scale = estimate.kalman.and_then(|k| k.torque_scale);
@@ -93,12 +82,6 @@ fn log(
     ))
 }
 
-/// Number of seeds: 2, or of the environment variable SEEDS.
-fn seeds() -> u64 {
-    let stated = std::env::var("SEEDS").ok();
-    stated.and_then(|n| n.parse().ok()).unwrap_or(2)
-}
-
 /// Prints a kind of log, and returns its logs beyond the limit.
 fn beyond(file: &str, overrides: &[&str]) -> Result<Vec<String>, Failure> {
     let scene = scene(file, overrides)?;
@@ -113,7 +96,7 @@ fn beyond_with(
     what: &str,
     change: Option<Change>,
 ) -> Result<Vec<String>, Failure> {
-    let logs: Vec<(f64, f64)> = (1..=seeds())
+    let logs: Vec<(f64, f64)> = (1..=seeds(2))
         .into_par_iter()
         .map(|seed| log(scene, truth, seed, change))
         .collect::<Result<_, Failure>>()?;
@@ -169,18 +152,15 @@ fn measured(
                 continue;
             }
             let estimate = found?;
-            for (i, wheel) in sample.wheels.iter().enumerate() {
-                let contact = wheel.equivalent_contact().ok_or("a contact")?;
-                let of_normal = estimate.normal_force[i] - contact.normal_force;
-                let of_traction = estimate.traction[i] - contact.traction;
-                let sigma_n = estimate.sigma_normal(i).ok_or("deviation of N")?;
-                let sigma_t = estimate.sigma_traction(i).ok_or("deviation of T")?;
-                for (error, sigma) in [(of_normal, sigma_n), (of_traction, sigma_t)] {
+            let wheels = Errors::of(&estimate, sample)?;
+            assert_eq!(wheels.len(), 3);
+            for (_, wheel) in wheels {
+                for (error, sigma) in wheel.errors.into_iter().zip(wheel.sigmas) {
                     within += f64::from(u8::from(error.abs() < 2.0 * sigma));
                     number += 1.0;
                 }
-                squares += 2.0 * of_normal * of_normal;
-                sum += 2.0 * contact.normal_force;
+                squares += 2.0 * wheel.errors[0] * wheel.errors[0];
+                sum += 2.0 * wheel.load;
             }
         }
     }

@@ -1,8 +1,8 @@
 //! Logs of a rover with an inertial sensor in the body and the angle of pin Q, in tables of their
 //! own rates.
 
-use super::recorded::{estimate, estimated, refused, summary};
-use crate::support::{columns, robhaz, root, text};
+use super::recorded::{estimate, estimated, refused};
+use crate::support::{assert_contains, columns, robhaz, root, succeeded, summary, text, words};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -12,9 +12,7 @@ fn recorded_drive(folder: &Path) {
     let mut run = robhaz(folder);
     run.arg("run")
         .arg(root().join("robots/open-source-rover.toml"));
-    run.args([
-        "--engine", "direct", "--rerun", "off", "--format", "csv", "--out", "run",
-    ]);
+    run.args(words("--engine direct --rerun off --format csv --out run"));
     for set in [
         "sensors={grade=\"ideal\", rate=200}",
         "record.rate=200",
@@ -23,8 +21,7 @@ fn recorded_drive(folder: &Path) {
     ] {
         run.args(["--set", set]);
     }
-    let output = run.output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    succeeded(&mut run);
     let [sensors, truth] =
         ["sensors", "truth"].map(|name| columns(&folder.join(format!("run/{name}.csv"))));
     let table = |name: &str, each: usize, made: &[(&str, Vec<f64>)]| {
@@ -100,14 +97,7 @@ fn a_log_of_the_body_gives_forces() {
         robot.to_str().unwrap(),
     ];
     let mut args = common.to_vec();
-    args.extend([
-        "--truth",
-        "run/truth.csv",
-        "--estimator",
-        "kalman",
-        "--out",
-        "log",
-    ]);
+    args.extend(words("--truth run/truth.csv --estimator kalman --out log"));
     estimated(folder, &args);
     let found = &summary(&folder.join("log"))["estimators"]["kalman"];
     let [error, coverage] = [&found["normal_force"]["nrmse"], &found["coverage"]];
@@ -124,29 +114,19 @@ fn a_log_of_the_body_gives_forces() {
     };
     let description = std::fs::read_to_string(folder.join("mine.toml")).unwrap();
     let honest = check(&description);
-    assert!(honest.contains("0 with a fault"), "{honest}");
+    assert_contains(&honest, "0 with a fault");
     let pin = check(&description.replace("offset = 2", "offset = -2, sign = \"-\""));
-    assert!(
-        pin.contains("turn round sign of reading.pin_angle"),
-        "{pin}"
-    );
+    assert_contains(&pin, "turn round sign of reading.pin_angle");
 
     // Readings of links and body do not go together; without the pin it is named.
     let both = description.clone() + "link1_rate = { channel = \"body\", column = \"gyro\" }\n";
     std::fs::write(folder.join("both.toml"), both).unwrap();
     let error = refused(folder, &["run", "--sensors", "both.toml"]);
-    assert!(
-        error.contains("readings of the links and of the body"),
-        "{error}"
-    );
+    assert_contains(&error, "readings of the links and of the body");
     let without: Vec<&str> = description.lines().filter(|l| !l.contains("pot")).collect();
     std::fs::write(folder.join("without.toml"), without.join("\n")).unwrap();
     let output = estimate(folder, &["run", "--sensors", "without.toml"]);
-    assert!(
-        text(&output.stderr).contains("pin_angle"),
-        "{}",
-        text(&output.stderr)
-    );
+    assert_contains(text(&output.stderr), "pin_angle");
 }
 
 /// Rates of links that are made of a pin's angle lag behind their inclinations as their filter does: the
@@ -157,14 +137,12 @@ fn the_exported_table_of_a_rover_has_no_fault() {
     let rover = root().join("robots/open-source-rover.toml");
     let rover = rover.to_str().unwrap();
     let done = |args: &[&str]| {
-        let output = robhaz(folder.path()).args(args).output().unwrap();
-        let said = text(&output.stdout) + &text(&output.stderr);
-        assert!(output.status.success(), "{said}");
-        said
+        let output = succeeded(robhaz(folder.path()).args(args));
+        text(&output.stdout) + &text(&output.stderr)
     };
     let engine = ["--engine", "direct", "--rerun", "off", "--out", "run"];
     done(&[&["run", rover], &engine[..]].concat());
     done(&["export", "run", "--to", "csv"]);
     let said = done(&["check", "run.csv", "--robot", rover]);
-    assert!(said.contains("0 with a fault"), "{said}");
+    assert_contains(&said, "0 with a fault");
 }

@@ -1,8 +1,8 @@
 //! Logs of both sides of a rover. The drive is of another simulator: `both/README.md`.
 #![allow(clippy::float_cmp, reason = "the same bits")]
 
-use super::recorded::{estimated, summary};
-use crate::support::{columns, robhaz, root, text};
+use super::recorded::{estimated, rewritten};
+use crate::support::{assert_contains, columns, robhaz, root, summary, text};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_estimator::whole::{WholeEstimator, WholeFrame};
 use robhaz_scene::LogChoice;
@@ -36,6 +36,11 @@ pub(super) fn estimate(folder: &Path, log: &Path, more: &[&str]) -> String {
     estimated(folder, &[&args, more].concat())
 }
 
+/// The same into a folder as CSV, in place of an estimate that is there.
+pub(super) fn estimate_into(out: &str, folder: &Path, log: &Path) -> String {
+    estimate(folder, log, &["--format", "csv", "--out", out, "--force"])
+}
+
 /// The table of the estimate, by column.
 pub(super) fn forces(folder: &Path, out: &str) -> HashMap<String, Vec<f64>> {
     columns(&folder.join(out).join("estimate-kalman.csv"))
@@ -67,24 +72,6 @@ pub(super) fn checked(folder: &Path, log: &Path) -> (bool, String) {
     command.args(["--robot", &robot(), "--sensors", "mine.toml"]);
     let output = command.output().unwrap();
     (output.status.success(), text(&output.stdout))
-}
-
-/// The rows of a table, changed by `change` (row, cells), below its header.
-pub(super) fn rewritten(
-    table: &Path,
-    out: &Path,
-    change: impl Fn(usize, &mut Vec<String>) -> bool,
-) {
-    let text = std::fs::read_to_string(table).unwrap();
-    let mut lines = text.lines();
-    let mut kept = lines.next().unwrap().to_owned() + "\n";
-    for (row, line) in lines.enumerate() {
-        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if change(row, &mut cells) {
-            kept += &(cells.join(",") + "\n");
-        }
-    }
-    std::fs::write(out, kept).unwrap();
 }
 
 /// The longer drive of the estimator's tests: bumps under the left side, 9 s at 50 Hz.
@@ -165,12 +152,12 @@ fn the_command_estimates_six_wheels() {
         assert!(nrmse < 0.03, "{errors}: {nrmse}");
         assert!(coverage > 0.9, "{errors}: {coverage}");
         let line = format!("N {words}: NRMSE {:.2} %", 100.0 * nrmse);
-        assert!(said.contains(&line), "{said}");
+        assert_contains(&said, &line);
     }
     for name in ["kalman-left", "kalman-right"] {
         let means = &summary(&folder.path().join("out"))["estimators"][name]["means"];
         assert!(means["normal_force"][1].as_f64().unwrap() > 20.0, "{means}");
-        assert!(said.contains(name), "{said}");
+        assert_contains(&said, name);
         let figure = folder
             .path()
             .join(format!("out/figures/normal_force_{name}.svg"));
@@ -186,7 +173,7 @@ fn the_command_estimates_six_wheels() {
 fn noise_that_is_not_stated_is_that_of_the_log() {
     let stated = folder(BUDGET);
     let log = fixture("readings.csv");
-    estimate(stated.path(), &log, &["--format", "csv", "--out", "out"]);
+    estimate_into("out", stated.path(), &log);
     let wanted = forces(stated.path(), "out");
 
     let description = BUDGET.replace("torque_noise = 0.034\n", "pin_noise = \"0.04 deg\"\n");
@@ -205,11 +192,11 @@ fn noise_that_is_not_stated_is_that_of_the_log() {
     let output = robhaz(measured.path()).args(args).args(more).output();
     let said = text(&output.unwrap().stderr);
     let line = "the noise of the pins' angles is 0.11 deg, measured; budget.pin_noise is 0.04 deg";
-    assert!(said.contains(line), "{said}");
+    assert_contains(&said, line);
     let apart = difference(&wanted, &forces(measured.path(), "out"));
     assert!(apart < 0.3, "{apart}");
     let (_, said) = checked(measured.path(), &log);
-    assert!(said.contains("white noise while driving"), "{said}");
+    assert_contains(&said, "white noise while driving");
 }
 
 /// A truth as fast as the log is compared with at every frame, whatever the stamps err by: interpolated, N errs as with
@@ -260,7 +247,7 @@ fn every_frame_has_its_truth() {
         "--truth", &slow, "--out", "out", "--force", "--rerun", "off",
     ]);
     let said = text(&command.output().unwrap().stderr);
-    assert!(said.contains("of the 175 frames that count"), "{said}");
+    assert_contains(&said, "of the 175 frames that count");
 }
 
 /// The torques against the weight of the rover: in table and summary, and their ratio is 1 within three of its
@@ -269,11 +256,11 @@ fn every_frame_has_its_truth() {
 fn the_weight_of_the_rover_is_compared_with_the_torques() {
     let folder = folder(BUDGET);
     let path = folder.path();
-    let said = estimate(path, &drive(), &["--format", "csv", "--out", "out"]);
+    let said = estimate_into("out", path, &drive());
     let scale = summary(&path.join("out"))["both"]["torque_scale"].clone();
     let [ratio, sigma] = ["ratio", "sigma"].map(|key| scale[key].as_f64().unwrap());
     assert!((ratio - 1.0).abs() < 3.0 * sigma, "{scale}");
-    assert!(said.contains(scale["words"].as_str().unwrap()), "{said}");
+    assert_contains(&said, scale["words"].as_str().unwrap());
     let weight = &forces(path, "out")["weight"];
     let state = ["contradicts", "unconfirmed", "confirmed"];
     let last = state[(weight.last().unwrap() + 1.0) as usize];

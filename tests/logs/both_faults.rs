@@ -1,10 +1,10 @@
 //! Logs of both sides with faults, and what `check` and `estimate` say of them.
 
 use super::both::{
-    BUDGET, checked, difference, drive, estimate, fixture, folder, forces, rewritten, robot,
+    BUDGET, checked, difference, drive, estimate, estimate_into, fixture, folder, forces, robot,
 };
-use super::recorded::{refused, summary};
-use crate::support::{robhaz, text};
+use super::recorded::{changed, refused, rewritten};
+use crate::support::{assert_contains, robhaz, summary, text};
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -81,17 +81,9 @@ fn check_finds_what_is_exchanged() {
     let exchanged = |a: &str, b: &str| right.replace(a, "kept").replace(b, a).replace("kept", b);
     // Readings with another value in these columns.
     let changed = |names: &[&str], change: fn(f64) -> f64| {
-        let header: Vec<&str> = right.lines().next().unwrap().split(',').collect();
-        let cell = |(name, cell): (&&str, &str)| match names.contains(name) {
-            true => format!("{:?}", change(cell.parse().unwrap())),
-            false => cell.to_owned(),
-        };
-        let row = |row: &str| -> String {
-            let cells = header.iter().zip(row.split(',')).map(cell);
-            cells.collect::<Vec<_>>().join(",") + "\n"
-        };
-        let rows: String = right.lines().skip(1).map(row).collect();
-        format!("{}\n{rows}", header.join(","))
+        let (log, out) = (fixture("readings.csv"), path.join("changed.csv"));
+        changed(&log, &out, |name| names.contains(&name), |_, x| change(x));
+        std::fs::read_to_string(out).unwrap()
     };
     let turned = |names: &[&str]| changed(names, |x| -x);
     let of_axes = exchanged("body_roll_rate", "body_rate");
@@ -197,20 +189,12 @@ fn an_estimate_says_that_readings_contradict_each_other() {
         std::fs::write(&wrong, log).unwrap();
         let (is_stated, said) = first(&wrong);
         assert!(is_stated && said.contains(expected), "{expected}: {said}");
-        assert!(said.contains("`robhaz check`"), "{said}");
+        assert_contains(&said, "`robhaz check`");
     }
     // Motors that are mounted mirror-wise: the right wheels count backwards.
     let right = fixture("readings.csv");
-    let text = std::fs::read_to_string(&right).unwrap();
-    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    rewritten(&right, &wrong, |_, cells| {
-        let is_right = |(name, _): &(&&str, &mut String)| name.starts_with("right_wheel");
-        for (_, cell) in header.iter().zip(cells).filter(is_right) {
-            let value: f64 = cell.parse().unwrap();
-            *cell = format!("{:?}", -value);
-        }
-        true
-    });
+    let is_right = |name: &str| name.starts_with("right_wheel");
+    changed(&right, &wrong, is_right, |_, x| -x);
     let (is_stated, said) = first(&wrong);
     assert!(
         is_stated && said.contains("turn against each other"),
@@ -223,15 +207,9 @@ fn an_estimate_says_that_readings_contradict_each_other() {
 fn a_roll_at_rest_is_said() {
     let folder = folder(BUDGET);
     let readings = fixture("readings.csv");
-    let header = std::fs::read_to_string(&readings).unwrap();
-    let mut names = header.lines().next().unwrap().split(',');
-    let roll = names.position(|name| name == "body_roll").unwrap();
     let wrong = folder.path().join("tilted.csv");
-    rewritten(&readings, &wrong, |_, cells| {
-        let value: f64 = cells[roll].parse().unwrap();
-        cells[roll] = format!("{}", value + 5_f64.to_radians());
-        true
-    });
+    let tilted = |_: usize, roll: f64| roll + 5_f64.to_radians();
+    changed(&readings, &wrong, |name| name == "body_roll", tilted);
     for (log, is_said) in [(&readings, false), (&wrong, true)] {
         let mut command = robhaz(folder.path());
         command.arg("estimate").arg(log).args(["--rerun", "off"]);
@@ -284,18 +262,6 @@ fn readings_of_a_slower_bus_are_named() {
     }
 }
 
-/// A drive with cells of the columns of these names changed: row, value.
-fn changed(log: &Path, out: &Path, is: impl Fn(&str) -> bool, change: impl Fn(usize, f64) -> f64) {
-    let text = std::fs::read_to_string(log).unwrap();
-    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    rewritten(log, out, |row, cells| {
-        for (_, cell) in header.iter().zip(cells).filter(|(name, _)| is(name)) {
-            *cell = format!("{:?}", change(row, cell.parse().unwrap()));
-        }
-        true
-    });
-}
-
 /// The rate of the roll hangs from 4 s on, while the other numbers of the sensor change: it is no reading, and the forces are
 /// those of the log without it within 0.6 N, 2 % of the mean load (read, it moves N by 2 N).
 #[test]
@@ -310,7 +276,7 @@ fn one_number_of_a_sensor_that_hangs_is_no_reading() {
     let hangs = |row, x| if row < 200 { x } else { held };
     changed(&drive(), &wrong, |name| name == "body_roll_rate", hangs);
     let found = |log: &Path| {
-        estimate(path, log, &["--format", "csv", "--out", "out", "--force"]);
+        estimate_into("out", path, log);
         forces(path, "out")
     };
     let apart = difference(&found(&drive()), &found(&wrong));
@@ -355,10 +321,8 @@ fn what_no_rover_can_do_is_said_first() {
     let all = |name: &str| name.ends_with("motor_torque");
     changed(&log, &wrong, all, |_, x| 1000.0 * x);
     let (_, said) = checked(path, &wrong);
-    assert!(
-        said.contains("range of torques") && said.contains("torque_constant"),
-        "{said}"
-    );
+    assert_contains(&said, "range of torques");
+    assert_contains(&said, "torque_constant");
     for (names, change, said_first, remedy) in cases {
         let is = |name: &str| {
             names.contains(&name) || names == ["motor_torque"] && name.ends_with(names[0])
@@ -367,7 +331,7 @@ fn what_no_rover_can_do_is_said_first() {
         if names == ["body_roll"] {
             let (log, robot) = (wrong.to_str().unwrap(), robot());
             let said = refused(path, &[log, "--robot", &robot, "--sensors", "mine.toml"]);
-            assert!(said.contains(said_first), "{said}");
+            assert_contains(&said, said_first);
         } else {
             let said = estimate(path, &wrong, &["--out", "out", "--force"]);
             let first = said.lines().next().unwrap();
@@ -421,7 +385,7 @@ fn encoders_in_degrees_are_the_only_cause() {
     let is_cause =
         |line: &&str| line.contains("acceleration") || line.contains("encoders, torques");
     assert!(!is_right && faults.iter().all(is_cause), "{said}");
-    assert!(said.contains("in their units"), "{said}");
+    assert_contains(&said, "in their units");
 }
 
 /// Parts of a correct drive, from its start, and in motion, have no fault.
@@ -449,20 +413,13 @@ fn a_short_log_has_no_fault() {
 fn readings_far_apart_may_contradict_each_other() {
     let folder = folder(BUDGET);
     let right = fixture("readings.csv");
-    let header = std::fs::read_to_string(&right).unwrap();
-    let mut names = header.lines().next().unwrap().split(',');
-    let inclination = names.position(|name| name == "body_inclination").unwrap();
     let wrong = folder.path().join("wrong.csv");
     for (noise, expected) in [
         (0.4_f64, "readings may contradict each other"),
         (0.8, "READINGS CONTRADICT EACH OTHER"),
     ] {
-        rewritten(&right, &wrong, |row, cells| {
-            let sign = (2.4 * row as f64).sin().signum();
-            let value: f64 = cells[inclination].parse().unwrap();
-            cells[inclination] = format!("{:?}", value + sign * noise.to_radians());
-            true
-        });
+        let noisy = |row: usize, x| x + (2.4 * row as f64).sin().signum() * noise.to_radians();
+        changed(&right, &wrong, |name| name == "body_inclination", noisy);
         let said = estimate(folder.path(), &wrong, &["--out", "out", "--force"]);
         assert!(said.contains(expected), "{noise}: {said}");
     }

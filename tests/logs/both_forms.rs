@@ -1,7 +1,7 @@
 //! Logs of both sides in other forms: other names, units and sources, messages, without steering.
 
 use super::both::{
-    BUDGET, checked, difference, estimate, fixture, folder, force_columns, forces, robot,
+    BUDGET, checked, difference, estimate_into, fixture, folder, force_columns, forces, robot,
 };
 use super::messages_and_clocks::exported_messages;
 use super::recorded::{assert_same_files, estimated};
@@ -17,11 +17,7 @@ use std::fmt::Write as _;
 fn names_units_and_sources_do_not_matter() {
     let folder = folder(BUDGET);
     let path = folder.path();
-    estimate(
-        path,
-        &fixture("readings.csv"),
-        &["--format", "csv", "--out", "plain"],
-    );
+    estimate_into("plain", path, &fixture("readings.csv"));
     let plain = forces(path, "plain");
 
     estimated(path, &["plain", "--format", "csv", "--out", "again"]);
@@ -77,28 +73,18 @@ fn names_units_and_sources_do_not_matter() {
         &[&args[..], &["--format", "csv", "--out", "mapped"]].concat(),
     );
     let found = forces(path, "mapped");
-    assert!(
-        difference(&plain, &found) < 1e-7,
-        "{}",
-        difference(&plain, &found)
-    );
+    let apart = difference(&plain, &found);
+    assert!(apart < 1e-7, "{apart}");
 
     let readings = std::fs::read_to_string(fixture("readings.csv")).unwrap();
     let without = readings
         .replace("body_inclination", "other")
         .replace("body_roll,", "another,");
     std::fs::write(path.join("force.csv"), without).unwrap();
-    estimate(
-        path,
-        &path.join("force.csv"),
-        &["--format", "csv", "--out", "force"],
-    );
+    estimate_into("force", path, &path.join("force.csv"));
     let found = forces(path, "force");
-    assert!(
-        difference(&plain, &found) < 2.0,
-        "{}",
-        difference(&plain, &found)
-    );
+    let apart = difference(&plain, &found);
+    assert!(apart < 2.0, "{apart}");
     for name in force_columns() {
         let mean = |of: &HashMap<String, Vec<f64>>| of[&name].iter().sum::<f64>() / 300.0;
         assert!((mean(&plain) - mean(&found)).abs() < 0.2, "{name}");
@@ -112,11 +98,7 @@ fn names_units_and_sources_do_not_matter() {
 fn messages_of_both_sides_give_the_same_table() {
     let folder = folder(BUDGET);
     let path = folder.path();
-    estimate(
-        path,
-        &fixture("readings.csv"),
-        &["--format", "csv", "--out", "run"],
-    );
+    estimate_into("run", path, &fixture("readings.csv"));
     exported_messages(path);
     estimated(
         path,
@@ -220,21 +202,13 @@ fn empty_steering_can_be_exported() {
     );
     lines.for_each(|line| text += &format!("{line},,\n"));
     std::fs::write(path.join("log.csv"), text).unwrap();
-    estimate(
-        path,
-        &path.join("log.csv"),
-        &["--format", "csv", "--out", "run"],
-    );
+    estimate_into("run", path, &path.join("log.csv"));
     for format in ["mcap", "csv"] {
         let mut export = robhaz(path);
         export.args(["export", "run", "--to", format, "--force"]);
         assert!(export.status().unwrap().success(), "{format}");
         let exported = path.join(format!("run.{format}"));
-        estimate(
-            path,
-            &exported,
-            &["--format", "csv", "--out", "again", "--force"],
-        );
+        estimate_into("again", path, &exported);
         assert_same_files(
             &path.join("run"),
             &path.join("again"),

@@ -1,7 +1,7 @@
 //! A recorded run gives the estimates and errors of the run, in every format.
 
-use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded, summary};
-use crate::support::{robhaz, root, text};
+use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded};
+use crate::support::{assert_contains, robhaz, root, succeeded, summary, text};
 
 /// Equivalence: the folder of a run, its table alone, and the estimate's own folder give the run's
 /// estimates to the bit, as Parquet and as CSV, with lost readings and model errors.
@@ -16,10 +16,7 @@ fn a_recorded_run_gives_its_own_estimates_to_the_bit() {
             .collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let printed = estimated(folder.path(), &["run", "--format", format]);
-        assert!(
-            printed.contains("Results in runs/run-estimate"),
-            "{printed}"
-        );
+        assert_contains(&printed, "Results in runs/run-estimate");
         let first = folder.path().join("runs/run-estimate");
         assert_same_files(&run, &first, &names);
         // The folder of an estimate is a log as well.
@@ -92,10 +89,7 @@ fn a_run_with_unrecorded_readings_is_reported() {
     let output = estimate(folder.path(), &["run"]);
     assert!(output.status.success());
     let warning = text(&output.stderr);
-    assert!(
-        warning.contains("recorded every 10th reading only"),
-        "{warning}"
-    );
+    assert_contains(&warning, "recorded every 10th reading only");
 }
 
 /// An exported MCAP file says which robot drove and what is known of its sensors: without a
@@ -107,12 +101,7 @@ fn an_exported_log_carries_its_robot() {
     let at = folder.path();
     let scene = root().join("robots/exomy.toml");
     let run = |args: &[&str]| {
-        let output = robhaz(at).args(args).output().unwrap();
-        assert!(
-            output.status.success(),
-            "{args:?}: {}",
-            text(&output.stderr)
-        );
+        let output = succeeded(robhaz(at).args(args));
         text(&output.stderr).to_owned()
     };
     let short = ["--engine", "direct", "--set", "record.duration=3"];
@@ -120,7 +109,7 @@ fn an_exported_log_carries_its_robot() {
     run(&[&["run", scene.to_str().unwrap()], &short[..], &out].concat());
     assert_eq!(run(&["export", "run", "--to", "mcap"]), "");
     let warning = run(&["export", "run", "--to", "csv"]);
-    assert!(warning.contains("no place for the robot"), "{warning}");
+    assert_contains(&warning, "no place for the robot");
     estimated(at, &["run.mcap", "--out", "mcap"]);
     assert_same_files(
         &at.join("run"),
@@ -141,17 +130,8 @@ fn exported_logs_give_the_same_estimates() {
     let names = ESTIMATES.map(|e| format!("estimate-{e}.parquet"));
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     for format in ["mcap", "csv"] {
-        let mut export = robhaz(folder.path());
-        let output = export
-            .args(["export", "run", "--to", format])
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        assert!(
-            text(&output.stdout).contains("2501 rows"),
-            "{}",
-            text(&output.stdout)
-        );
+        let output = succeeded(robhaz(folder.path()).args(["export", "run", "--to", format]));
+        assert_contains(text(&output.stdout), "2501 rows");
         estimated(folder.path(), &["run", "--out", "direct", "--force"]);
         let log = format!("run.{format}");
         let args = [
@@ -167,11 +147,7 @@ fn exported_logs_give_the_same_estimates() {
             .args(["export", "run", "--to", format])
             .output()
             .unwrap();
-        assert!(
-            text(&again.stderr).contains("exists"),
-            "{}",
-            text(&again.stderr)
-        );
+        assert_contains(text(&again.stderr), "exists");
     }
 }
 
@@ -182,8 +158,8 @@ fn exported_logs_give_the_same_estimates() {
 fn the_results_of_a_log_show_needed_friction_flags_and_health() {
     let (folder, _) = recorded("csv", &[]);
     estimated(folder.path(), &["run", "--out", "log", "--format", "csv"]);
-    let done = |args: &[&str]| robhaz(folder.path()).args(args).output().unwrap();
-    assert!(done(&["export", "log", "--to", "csv"]).status.success());
+    let done = |args: &[&str]| succeeded(robhaz(folder.path()).args(args));
+    done(&["export", "log", "--to", "csv"]);
     let mut exported = csv::Reader::from_path(folder.path().join("log.csv")).unwrap();
     let names = exported.headers().unwrap().clone();
     let column = |name: &str| names.iter().position(|n| n == name).unwrap();
@@ -200,7 +176,7 @@ fn the_results_of_a_log_show_needed_friction_flags_and_health() {
         assert!(found.is_none_or(|d| d == 0.0) && number(needed).is_some() == expected.is_some());
     }
 
-    assert!(done(&["report", "log"]).status.success());
+    done(&["report", "log"]);
     let page = std::fs::read_to_string(folder.path().join("log/report.html")).unwrap();
     assert!(!page.contains("Errors of the estimators"));
     let found = summary(&folder.path().join("log"));
@@ -227,22 +203,12 @@ fn a_cut_table_of_forces_is_left_out_of_an_export() {
     let truth = std::fs::read(run.join("truth.parquet")).unwrap();
     std::fs::write(run.join("truth.parquet"), &truth[..truth.len() / 2]).unwrap();
     for to in ["csv", "mcap"] {
-        let mut command = robhaz(folder.path());
-        let output = command
-            .args(["export", "run", "--to", to])
-            .output()
-            .unwrap();
+        let output = succeeded(robhaz(folder.path()).args(["export", "run", "--to", to]));
         let said = text(&output.stderr);
-        assert!(output.status.success(), "{said}");
-        assert!(
-            said.contains("left out: run/truth.parquet cannot be read"),
-            "{said}"
-        );
+        assert_contains(&said, "left out: run/truth.parquet cannot be read");
         let printed = text(&output.stdout);
-        assert!(
-            printed.contains("2501 rows") && printed.contains("kalman"),
-            "{printed}"
-        );
+        assert_contains(&printed, "2501 rows");
+        assert_contains(&printed, "kalman");
         assert!(!printed.contains("truth"), "{printed}");
     }
 }

@@ -1,7 +1,7 @@
 //! Faults of logs: what is usable is estimated and counted, the rest is an error with its place.
 
-use super::recorded::{estimate, estimated, recorded, refused, summary};
-use crate::support::robhaz;
+use super::recorded::{changed, estimate, estimated, place_of, recorded, refused, rewritten};
+use crate::support::{assert_contains, robhaz, succeeded, summary};
 use std::path::Path;
 
 /// A log of a run at rest and slow, as lines of text: the names, then the rows.
@@ -31,7 +31,7 @@ fn faults_that_leave_the_rest_usable_are_counted() {
     text.truncate(text.len() - 30);
     std::fs::write(folder.path().join("log.csv"), text).unwrap();
     let printed = estimated(folder.path(), &["log.csv"]);
-    assert!(printed.contains("CUT OFF"), "{printed}");
+    assert_contains(&printed, "CUT OFF");
     let found = summary(&folder.path().join("runs/log-estimate"));
     let channel = &found["log"]["channels"][0];
     assert_eq!(channel["duplicates"], 1);
@@ -61,10 +61,8 @@ fn the_head_of_a_table_is_checked() {
     write("twice.csv", &twice);
     let error = refused(folder.path(), &["twice.csv"]);
     let place = "line 1, column 17: found the name wheel1_angle again";
-    assert!(
-        error.contains(place) && error.contains("column 2 has it"),
-        "{error}"
-    );
+    assert_contains(&error, place);
+    assert_contains(&error, "column 2 has it");
 
     let mut commented = rows.clone();
     commented.insert(0, "# rover 7, \"gravel\"".to_owned());
@@ -82,21 +80,18 @@ fn the_head_of_a_table_is_checked() {
     commented[800] = "abc".to_owned() + &commented[800];
     write("commented.csv", &commented);
     let error = refused(folder.path(), &["commented.csv"]);
-    assert!(error.contains("line 801, column time"), "{error}");
+    assert_contains(&error, "line 801, column time");
     commented[2] = format!("# {}", commented[2]);
     write("commented.csv", &commented);
     let error = refused(folder.path(), &["commented.csv"]);
-    assert!(error.contains("line 4 has numbers, not names"), "{error}");
+    assert_contains(&error, "line 4 has numbers, not names");
     #[cfg(unix)]
     {
         let pipe = folder.path().join("pipe.csv");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.unwrap().success());
         let error = refused(folder.path(), &["pipe.csv"]);
-        assert!(
-            error.contains("pipe.csv: found a folder, pipe or device"),
-            "{error}"
-        );
+        assert_contains(&error, "pipe.csv: found a folder, pipe or device");
     }
 }
 
@@ -105,27 +100,20 @@ fn the_head_of_a_table_is_checked() {
 #[test]
 fn a_truth_that_cannot_be_used_says_why() {
     let (folder, run) = recorded("csv", &[]);
-    let text = std::fs::read_to_string(run.join("truth.csv")).unwrap();
-    let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    let column = names
-        .iter()
-        .position(|n| *n == "wheel2_normal_force")
-        .unwrap();
+    let table = run.join("truth.csv");
+    let column = place_of(&table, "wheel2_normal_force");
     // The time of each row, and whether its cell of N is empty.
     let write = |name: &str, row: &dyn Fn(f64) -> Option<(f64, bool)>| {
-        let mut out = text.lines().next().unwrap().to_owned() + "\n";
-        for line in text.lines().skip(1) {
-            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        rewritten(&table, &folder.path().join(name), |_, cells| {
             let Some((time, is_empty)) = row(cells[0].parse().unwrap()) else {
-                continue;
+                return false;
             };
             cells[0] = time.to_string();
             if is_empty {
                 cells[column].clear();
             }
-            out += &(cells.join(",") + "\n");
-        }
-        std::fs::write(folder.path().join(name), out).unwrap();
+            true
+        });
     };
     write("empty.csv", &|time| Some((time, true)));
     write("late.csv", &|time| Some((time + 100.0, false)));
@@ -159,33 +147,24 @@ fn a_truth_that_cannot_be_used_says_why() {
     }
     // The unit in a name is read, and one of no force is refused.
     let in_unit = |name: &str, unit: &str, size: f64| {
-        let forces: Vec<bool> = names
-            .iter()
-            .map(|name| name.ends_with("_normal_force") || name.ends_with("_traction"))
-            .collect();
-        let name_of = |(name, is_force): (&&str, &bool)| match is_force {
+        let is_force = |name: &str| name.ends_with("_normal_force") || name.ends_with("_traction");
+        let with_unit = |name: &str| match is_force(name) {
             true => format!("{name} [{unit}]"),
-            false => (*name).to_owned(),
+            false => name.to_owned(),
         };
-        let head: Vec<String> = names.iter().zip(&forces).map(name_of).collect();
-        let mut out = head.join(",") + "\n";
-        for line in text.lines().skip(1) {
-            let cell = |(cell, is_force): (&str, &bool)| match cell.parse::<f64>() {
-                Ok(force) if *is_force => (force / size).to_string(),
-                _ => cell.to_owned(),
-            };
-            let cells: Vec<String> = line.split(',').zip(&forces).map(cell).collect();
-            out += &(cells.join(",") + "\n");
-        }
-        std::fs::write(folder.path().join(name), out).unwrap();
+        let path = folder.path().join(name);
+        changed(&table, &path, is_force, |_, force| force / size);
+        let out = std::fs::read_to_string(&path).unwrap();
+        let (head, rows) = out.split_once('\n').unwrap();
+        let head: Vec<String> = head.split(',').map(with_unit).collect();
+        std::fs::write(path, head.join(",") + "\n" + rows).unwrap();
     };
     let errors = |truth: &str| {
         let out = ["--out", "compared", "--force", "--estimator", "kalman"];
         let args = [&["run", "--truth", truth], &out[..]].concat();
         let output = super::recorded::estimate(folder.path(), &args);
         assert!(output.status.success(), "{truth}");
-        let summary = std::fs::read(folder.path().join("compared/summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        let summary = summary(&folder.path().join("compared"));
         summary["estimators"]["kalman"]["normal_force"].clone()
     };
     in_unit("newton.csv", "N", 1.0);
@@ -201,14 +180,11 @@ fn a_truth_that_cannot_be_used_says_why() {
         folder.path(),
         &["run", "--truth", "volt.csv", "--out", "refused"],
     );
-    assert!(
-        error.contains("has the unit V, allowed: N or kN"),
-        "{error}"
-    );
+    assert_contains(&error, "has the unit V, allowed: N or kN");
     let output = super::recorded::estimate(folder.path(), &["run", "--truth", "some.csv"]);
     let said = crate::support::text(&output.stderr);
     assert!(output.status.success(), "{said}");
-    assert!(said.contains("for wheel2_normal_force in 1500"), "{said}");
+    assert_contains(&said, "for wheel2_normal_force in 1500");
     assert!(crate::support::text(&output.stdout).contains("Errors count from 1 s on"));
 }
 
@@ -232,10 +208,8 @@ fn a_killed_recording_is_estimated_as_far_as_it_goes() {
     )
     .unwrap();
     let printed = estimated(folder.path(), &["cut.mcap"]);
-    assert!(
-        printed.contains("CUT OFF") && printed.contains("was killed"),
-        "{printed}"
-    );
+    assert_contains(&printed, "CUT OFF");
+    assert_contains(&printed, "was killed");
     let rows = summary(&folder.path().join("runs/cut-estimate"))["log"]["channels"][0]["rows"]
         .as_u64()
         .unwrap();
@@ -248,21 +222,18 @@ fn a_killed_recording_is_estimated_as_far_as_it_goes() {
 fn a_faulty_table_is_left_out_of_an_export() {
     let (folder, run) = recorded("csv", &[]);
     let path = run.join("estimate-kalman.csv");
-    let text = std::fs::read_to_string(&path).unwrap();
-    let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
-    let column = rows[0].split(',').position(|n| n == "wheel2_normal_force");
-    let mut cells: Vec<&str> = rows[1000].split(',').collect();
-    cells[column.unwrap()] = "suspect";
-    rows[1000] = cells.join(",");
-    std::fs::write(&path, rows.join("\n") + "\n").unwrap();
+    let column = place_of(&path, "wheel2_normal_force");
+    rewritten(&path, &path, |row, cells| {
+        if row == 999 {
+            "suspect".clone_into(&mut cells[column]);
+        }
+        true
+    });
     for format in ["csv", "mcap"] {
-        let mut export = robhaz(folder.path());
-        let output = export.args(["export", "run", "--to", format]).output();
-        let output = output.unwrap();
+        let output = succeeded(robhaz(folder.path()).args(["export", "run", "--to", format]));
         let said = crate::support::text(&output.stderr);
-        assert!(output.status.success(), "{said}");
         let place = "left out: run/estimate-kalman.csv, line 1001, column wheel2_normal_force: found \"suspect";
-        assert!(said.contains(place), "{said}");
+        assert_contains(&said, place);
         let parts = crate::support::text(&output.stdout);
         assert!(
             parts.contains("2501 rows") && parts.contains("truth") && !parts.contains("kalman "),
@@ -276,17 +247,14 @@ fn a_faulty_table_is_left_out_of_an_export() {
 #[test]
 fn a_log_without_an_estimate_says_so() {
     let (folder, run) = recorded("csv", &[]);
-    let text = std::fs::read_to_string(run.join("sensors.csv")).unwrap();
-    let column = text.lines().next().unwrap().split(',');
-    let column = column.clone().position(|n| n == "link1_inclination");
-    let mut out = text.lines().next().unwrap().to_owned() + "\n";
-    for line in text.lines().skip(1) {
-        let mut cells: Vec<&str> = line.split(',').collect();
-        // No linkage closes at 3 rad.
-        cells[column.unwrap()] = "3";
-        out += &(cells.join(",") + "\n");
-    }
-    std::fs::write(folder.path().join("upside.csv"), out).unwrap();
+    let (readings, upside) = (run.join("sensors.csv"), folder.path().join("upside.csv"));
+    // No linkage closes at 3 rad.
+    changed(
+        &readings,
+        &upside,
+        |name| name == "link1_inclination",
+        |_, _| 3.0,
+    );
     let truth = ["upside.csv", "--truth", "run/truth.csv"];
     let output = estimate(
         folder.path(),
@@ -294,11 +262,9 @@ fn a_log_without_an_estimate_says_so() {
     );
     assert!(!output.status.success());
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("No estimator has an estimate"), "{said}");
+    assert_contains(&said, "No estimator has an estimate");
     assert!(!said.contains("Without truth"), "{said}");
-    let mut report = robhaz(folder.path());
-    let made = report.args(["report", "runs/upside-estimate"]).status();
-    assert!(made.unwrap().success());
+    succeeded(robhaz(folder.path()).args(["report", "runs/upside-estimate"]));
     let page = folder.path().join("runs/upside-estimate/report.html");
     let page = std::fs::read_to_string(page).unwrap();
     for part in ["How it was made", "upside.csv", "[budget]"] {

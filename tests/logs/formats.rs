@@ -1,8 +1,8 @@
 //! The same faults in each format: lost rows, a recording that was killed, tables with clocks of
 //! their own.
 
-use super::recorded::{estimated, recorded, refused, summary};
-use crate::support::robhaz;
+use super::recorded::{estimated, recorded, refused};
+use crate::support::{assert_contains, robhaz, summary};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -128,5 +128,5 @@ fn two_parquet_tables_with_two_clocks() {
     // A wrong offset beyond the log is an error.
     description("wrong.toml", "5 s");
     let error = refused(folder, &["log", "--sensors", "wrong.toml"]);
-    assert!(error.contains("no row in common"), "{error}");
+    assert_contains(&error, "no row in common");
 }

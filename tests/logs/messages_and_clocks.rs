@@ -1,7 +1,7 @@
 //! Logs of other sources: standard messages, and tables with clocks, rates and units of their own.
 
-use super::recorded::{estimated, recorded, refused, summary};
-use crate::support::{robhaz, root};
+use super::recorded::{estimated, recorded, refused};
+use crate::support::{assert_contains, robhaz, root, summary, words};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -53,11 +53,29 @@ pub fn exported_messages(folder: &Path) {
     let mut export = robhaz(folder);
     export.args(["export", "run", "--to", "mcap", "--out", "described.mcap"]);
     assert!(export.status().unwrap().success());
-    let bytes = std::fs::read(folder.join("described.mcap")).unwrap();
-    let file = std::fs::File::create(folder.join("run.mcap")).unwrap();
-    let mut writer = mcap::Writer::new(file).unwrap();
+    rewritten(
+        &folder.join("described.mcap"),
+        &folder.join("run.mcap"),
+        |message, writer| writer.write(&message).unwrap(),
+    );
+}
+
+/// The example of a description, with this offset of the IMUs: exported ones have no delay.
+fn example(offset: &str) -> String {
+    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
+    example.replace("\"-2 ms\"", offset)
+}
+
+/// Writes the messages of an MCAP file into another one, as `write` does with each.
+fn rewritten(
+    from: &Path,
+    to: &Path,
+    mut write: impl FnMut(mcap::Message<'_>, &mut mcap::Writer<std::fs::File>),
+) {
+    let bytes = std::fs::read(from).unwrap();
+    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
     for message in mcap::MessageStream::new(&bytes).unwrap() {
-        writer.write(&message.unwrap()).unwrap();
+        write(message.unwrap(), &mut writer);
     }
     writer.finish().unwrap();
 }
@@ -69,26 +87,11 @@ pub fn exported_messages(folder: &Path) {
 fn standard_messages_give_nearly_the_same_estimates() {
     let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
     exported_messages(folder.path());
-    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
-    // The exported IMUs have no delay.
-    let sensors = folder.path().join("SENSORS.toml");
-    std::fs::write(&sensors, example.replace("\"-2 ms\"", "0")).unwrap();
-    let common = [
-        "--sensors",
-        "SENSORS.toml",
-        "--estimator",
-        "kalman",
-        "--format",
-        "csv",
-    ];
+    let example = example("0");
+    std::fs::write(folder.path().join("SENSORS.toml"), &example).unwrap();
+    let common = words("--sensors SENSORS.toml --estimator kalman --format csv");
     let direct = [
-        &[
-            "run/sensors.csv",
-            "--contact-angles",
-            "none",
-            "--out",
-            "direct",
-        ],
+        &words("run/sensors.csv --contact-angles none --out direct"),
         &common[2..],
     ];
     // The same budget for both: that of the example, without its columns.
@@ -119,10 +122,7 @@ fn standard_messages_give_nearly_the_same_estimates() {
 /// Sets the clock of both IMUs of an MCAP file ahead, by 100 s in the headers and by 200 s where it
 /// was recorded.
 fn set_ahead(from: &Path, to: &Path) {
-    let bytes = std::fs::read(from).unwrap();
-    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
-    for message in mcap::MessageStream::new(&bytes).unwrap() {
-        let mut message = message.unwrap();
+    rewritten(from, to, |mut message, writer| {
         if message.channel.topic.starts_with("/imu/") {
             let mut data = message.data.into_owned();
             // CDR: four bytes of encapsulation, then the seconds of the stamp.
@@ -133,23 +133,18 @@ fn set_ahead(from: &Path, to: &Path) {
             message.log_time += 200_000_000_000;
         }
         writer.write(&message).unwrap();
-    }
-    writer.finish().unwrap();
+    });
 }
 
 /// A copy of a file whose messages have another encoding, each changed.
 fn encoded(from: &Path, to: &Path, encoding: &str, change: impl Fn(&mut Vec<u8>)) {
-    let bytes = std::fs::read(from).unwrap();
-    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
-    for message in mcap::MessageStream::new(&bytes).unwrap() {
-        let mut message = message.unwrap();
+    rewritten(from, to, |mut message, writer| {
         let mut channel = (*message.channel).clone();
         encoding.clone_into(&mut channel.message_encoding);
         message.channel = channel.into();
         change(message.data.to_mut());
         writer.write(&message).unwrap();
-    }
-    writer.finish().unwrap();
+    });
 }
 
 /// Messages in another encoding, and those that are compressed one by one, are named with what to convert; a chunk
@@ -159,9 +154,7 @@ fn other_encodings_and_damaged_chunks_are_named() {
     let (folder, _) = recorded("csv", &["record.duration=1.5"]);
     let folder = folder.path();
     exported_messages(folder);
-    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
-    let example = example.replace("\"-2 ms\"", "0");
-    std::fs::write(folder.join("mine.toml"), example).unwrap();
+    std::fs::write(folder.join("mine.toml"), example("0")).unwrap();
     let (run, other) = (folder.join("run.mcap"), folder.join("other.mcap"));
     let zstd = [0x28, 0xb5, 0x2f, 0xfd];
     for (encoding, starts, expected) in [
@@ -215,10 +208,9 @@ fn topics_with_two_clocks_are_brought_onto_one_time() {
     let folder = folder.path();
     exported_messages(folder);
     set_ahead(&folder.join("run.mcap"), &folder.join("two.mcap"));
-    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
     let estimate = |log: &str, offset: &str, out: &str| {
         let sensors = format!("{out}.toml");
-        std::fs::write(folder.join(&sensors), example.replace("\"-2 ms\"", offset)).unwrap();
+        std::fs::write(folder.join(&sensors), example(offset)).unwrap();
         let args = [log, "--sensors", &sensors, "--estimator", "kalman"];
         let out = ["--format", "csv", "--out", out];
         estimated(folder, &[&args[..], &out].concat());
@@ -232,21 +224,17 @@ fn topics_with_two_clocks_are_brought_onto_one_time() {
         // As above; a reading that goes to the next frame changes N by 1e-4 N and more.
         assert!(largest < 1e-8, "{out}: {largest} N");
     }
-    std::fs::write(folder.join("none.toml"), example.replace("\"-2 ms\"", "0")).unwrap();
+    std::fs::write(folder.join("none.toml"), example("0")).unwrap();
     let error = refused(folder, &["two.mcap", "--sensors", "none.toml"]);
-    assert!(error.contains("no row in common"), "{error}");
+    assert_contains(&error, "no row in common");
 }
 
 /// A copy of an exported run in which each message of `/joint_states` is three of one wheel each,
 /// that of wheel i later by (i - 1) `apart` (ns).
 fn one_wheel_a_message(from: &Path, to: &Path, apart: u32) {
-    let bytes = std::fs::read(from).unwrap();
-    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
-    for message in mcap::MessageStream::new(&bytes).unwrap() {
-        let mut message = message.unwrap();
+    rewritten(from, to, |mut message, writer| {
         if message.channel.topic != "/joint_states" {
-            writer.write(&message).unwrap();
-            continue;
+            return writer.write(&message).unwrap();
         }
         // CDR: four bytes of encapsulation, from which on alignment counts: seconds, nanoseconds,
         // an empty frame, three names, and three sequences of three doubles.
@@ -269,8 +257,7 @@ fn one_wheel_a_message(from: &Path, to: &Path, apart: u32) {
             message.data = data.into();
             writer.write(&message).unwrap();
         }
-    }
-    writer.finish().unwrap();
+    });
 }
 
 /// Drives that publish their own joint each on one topic: of one stamp their messages are one row,
@@ -281,8 +268,7 @@ fn joints_in_messages_of_their_own_are_read() {
     let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
     let folder = folder.path();
     exported_messages(folder);
-    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
-    let example = example.replace("\"-2 ms\"", "0");
+    let example = example("0");
     std::fs::write(folder.join("one.toml"), &example).unwrap();
     let mut three = example.replace(
         "name = \"joints\"\ntopic = \"/joint_states\"\n",
@@ -307,19 +293,16 @@ fn joints_in_messages_of_their_own_are_read() {
     };
     estimate("run", "one.toml");
     let printed = estimate("split", "one.toml");
-    assert!(
-        printed.contains("joints: 2501 rows at 1000 Hz"),
-        "{printed}"
-    );
+    assert_contains(&printed, "joints: 2501 rows at 1000 Hz");
     let printed = estimate("apart", "three.toml");
     for channel in ["joints", "middle", "rear"] {
         let rows = format!("{channel}: 2501 rows at 1000 Hz");
-        assert!(printed.contains(&rows), "{printed}");
+        assert_contains(&printed, &rows);
     }
     let printed = estimate("own", "one.toml");
     for wheel in ["wheel1", "wheel2", "wheel3"] {
         let rows = format!("joints, {wheel}_angle: 2501 rows at 1000 Hz");
-        assert!(printed.contains(&rows), "{printed}");
+        assert_contains(&printed, &rows);
     }
     let table = |log: &str| folder.join(format!("of-{log}/estimate-kalman.csv"));
     // 20 and 40 us later they are of the next frame, moved to its time along straight lines, which averages the noise of
@@ -344,15 +327,11 @@ fn publishers_that_share_a_topic_are_told_apart() {
     let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
     let folder = folder.path();
     exported_messages(folder);
-    let run = std::fs::read(folder.join("run.mcap")).unwrap();
+    let run = folder.join("run.mcap");
     let copy = |out: &str, topic: &str, from: &[u8], to: &[u8], keeps: bool| {
-        let file = std::fs::File::create(folder.join(out)).unwrap();
-        let mut writer = mcap::Writer::new(file).unwrap();
-        for message in mcap::MessageStream::new(&run).unwrap() {
-            let mut message = message.unwrap();
+        rewritten(&run, &folder.join(out), |mut message, writer| {
             if message.channel.topic != topic {
-                writer.write(&message).unwrap();
-                continue;
+                return writer.write(&message).unwrap();
             }
             if keeps {
                 writer.write(&message).unwrap();
@@ -366,11 +345,9 @@ fn publishers_that_share_a_topic_are_told_apart() {
                 data[32..48].reverse();
             }
             writer.write(&message).unwrap();
-        }
-        writer.finish().unwrap();
+        });
     };
-    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
-    let example = example.replace("\"-2 ms\"", "0");
+    let example = example("0");
     std::fs::write(folder.join("any.toml"), &example).unwrap();
     for frame in ["link1", "other"] {
         let topic = "topic = \"/imu/link1\"\n";
@@ -381,10 +358,10 @@ fn publishers_that_share_a_topic_are_told_apart() {
     copy("two.mcap", "/imu/link1", b"link1\0", b"camra\0", true);
     let error = refused(folder, &["two.mcap", "--sensors", "any.toml"]);
     let words = "state frame = \"link1\" or \"camra\" in its [[channel]]";
-    assert!(error.contains(words), "{error}");
+    assert_contains(&error, words);
     let error = refused(folder, &["two.mcap", "--sensors", "other.toml"]);
     let words = "no message with the frame_id \"other\" of the topic /imu/link1, found: \"camra\", \"link1\"";
-    assert!(error.contains(words), "{error}");
+    assert_contains(&error, words);
     for (log, sensors) in [("run", "any"), ("two", "link1")] {
         let (out, log) = (format!("of-{log}"), format!("{log}.mcap"));
         let sensors = format!("{sensors}.toml");
@@ -406,10 +383,7 @@ fn publishers_that_share_a_topic_are_told_apart() {
         false,
     );
     let error = refused(folder, &["twice.mcap", "--sensors", "any.toml"]);
-    assert!(
-        error.contains("a message has wheel1.position twice"),
-        "{error}"
-    );
+    assert_contains(&error, "a message has wheel1.position twice");
 }
 
 /// Two tables with clocks, rates, units and signs of their own give estimates as accurate as the
@@ -464,11 +438,8 @@ fn two_clocks_are_brought_onto_one_time() {
     std::fs::write(folder.path().join("two.toml"), description).unwrap();
     let args = ["log", "--sensors", "two.toml", "--truth", "run/truth.csv"];
     let printed = estimated(folder.path(), &args);
-    assert!(
-        printed.contains("joints: 2501 rows at 1000 Hz"),
-        "{printed}"
-    );
-    assert!(printed.contains("imus: 1251 rows at 500 Hz"), "{printed}");
+    assert_contains(&printed, "joints: 2501 rows at 1000 Hz");
+    assert_contains(&printed, "imus: 1251 rows at 500 Hz");
     let found = summary(&folder.path().join("runs/log-estimate"));
     // Half of the frames have no new inclination.
     assert_eq!(found["log"]["missing"]["link1_inclination"], 1250);
@@ -485,8 +456,6 @@ fn two_clocks_are_brought_onto_one_time() {
     )
     .unwrap();
     let error = refused(folder.path(), &["log", "--sensors", "bad.toml"]);
-    assert!(
-        error.contains("imus") && error.contains("`offset`"),
-        "{error}"
-    );
+    assert_contains(&error, "imus");
+    assert_contains(&error, "`offset`");
 }

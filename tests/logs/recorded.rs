@@ -1,6 +1,6 @@
 //! Runs, their folders as logs, and the command `robhaz estimate` on them.
 
-use crate::support::{robhaz, text, with_run};
+use crate::support::{on_one_line, robhaz, text, with_run};
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
@@ -42,17 +42,45 @@ pub fn estimated(folder: &Path, args: &[&str]) -> String {
 pub fn refused(folder: &Path, args: &[&str]) -> String {
     let output = estimate(folder, args);
     assert!(!output.status.success(), "{}", text(&output.stdout));
-    let error = text(&output.stderr);
-    error
-        .split_whitespace()
-        .filter(|word| !matches!(*word, "│" | "×"))
-        .collect::<Vec<_>>()
-        .join(" ")
+    on_one_line(&output.stderr)
 }
 
-pub fn summary(folder: &Path) -> serde_json::Value {
-    let json = std::fs::read_to_string(folder.join("summary.json")).unwrap();
-    serde_json::from_str(&json).unwrap()
+/// The rows of a table, changed by `change` (row, cells), below its header.
+pub fn rewritten(table: &Path, out: &Path, change: impl Fn(usize, &mut Vec<String>) -> bool) {
+    let text = std::fs::read_to_string(table).unwrap();
+    let mut lines = text.lines();
+    let mut kept = lines.next().unwrap().to_owned() + "\n";
+    for (row, line) in lines.enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if change(row, &mut cells) {
+            kept += &(cells.join(",") + "\n");
+        }
+    }
+    std::fs::write(out, kept).unwrap();
+}
+
+/// A log with cells of the columns of these names changed: row, value.
+pub fn changed(
+    log: &Path,
+    out: &Path,
+    is: impl Fn(&str) -> bool,
+    change: impl Fn(usize, f64) -> f64,
+) {
+    let text = std::fs::read_to_string(log).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    rewritten(log, out, |row, cells| {
+        for (_, cell) in header.iter().zip(cells).filter(|(name, _)| is(name)) {
+            *cell = format!("{:?}", change(row, cell.parse().unwrap_or(f64::NAN)));
+        }
+        true
+    });
+}
+
+/// The place of a column in a table.
+pub fn place_of(table: &Path, column: &str) -> usize {
+    let text = std::fs::read_to_string(table).unwrap();
+    let mut names = text.lines().next().unwrap().split(',');
+    names.position(|name| name == column).unwrap()
 }
 
 pub fn assert_same_files(a: &Path, b: &Path, names: &[&str]) {

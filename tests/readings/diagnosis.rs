@@ -1,22 +1,28 @@
 //! What a log without a channel, of a parked robot, or a wrong unit is said to be, and no more.
 
-use crate::readings::level_drive::{DESCRIPTION, LevelDrive, check, estimate};
-use crate::support::{robhaz, text};
+use crate::readings::level_drive::{DESCRIPTION, LevelDrive, check, estimate, logged};
+use crate::support::{assert_contains, refused, robhaz, text};
 use std::fs;
-use std::path::Path;
+use tempfile::TempDir;
 
-fn log(folder: &Path, drive: &LevelDrive) -> String {
-    fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
-    drive.write(&folder.join("log.csv"));
-    text(&check(folder).stdout)
+/// A folder with the log of a drive with a change, and what `check` says of it.
+fn checked(change: impl FnOnce(&mut LevelDrive)) -> (TempDir, String) {
+    let folder = logged(DESCRIPTION, change);
+    let said = text(&check(folder.path()).stdout);
+    (folder, said)
+}
+
+/// The lines of faults.
+fn faults(said: &str) -> Vec<&str> {
+    said.lines()
+        .filter(|line| line.starts_with("FAULT"))
+        .collect()
 }
 
 /// A channel without a value, or with 0 throughout the drive, has one finding, which names it, and no other finding is
 /// of it. `estimate` refuses a reading without a value, and warns of torques that are 0.
 #[test]
 fn a_dead_channel_has_one_finding() {
-    let dir = tempfile::tempdir().unwrap();
-    let folder = dir.path();
     for (column, channel) in [
         ("wheel2_motor_torque", "torque 2"),
         ("wheel3_angle", "encoder 3"),
@@ -24,54 +30,35 @@ fn a_dead_channel_has_one_finding() {
         ("link2_rate", "gyro 2"),
     ] {
         for value in [f64::NAN, 0.0] {
-            let mut drive = LevelDrive::new(1);
-            drive.column(column).fill(value);
-            let said = log(folder, &drive);
-            let faults: Vec<&str> = said.lines().filter(|l| l.starts_with("FAULT")).collect();
-            let [fault] = faults[..] else {
+            let (folder, said) = checked(|drive| drive.change(column, |_, _| value));
+            let [fault] = faults(&said)[..] else {
                 panic!("{column} {value}: {said}");
             };
-            assert!(
-                fault.contains(column) && fault.contains("601 frames"),
-                "{fault}"
-            );
+            assert_contains(fault, column);
+            assert_contains(fault, "601 frames");
             let of_channel = said.lines().filter(|line| line.contains(channel)).count();
             assert_eq!(of_channel, 1, "{column} {value}: {said}");
-            let estimated = estimate(folder);
+            let estimated = estimate(folder.path());
             if value.is_nan() {
                 let error = text(&estimated.stderr);
                 assert!(!estimated.status.success(), "{column}");
                 let part = format!("{column} has no value in 601 rows");
-                assert!(error.contains(&part), "{error}");
+                assert_contains(&error, &part);
             }
         }
     }
-    let mut drive = LevelDrive::new(1);
-    for i in 1..=3 {
-        drive.column(&format!("wheel{i}_motor_torque")).fill(0.0);
-    }
-    let said = log(folder, &drive);
-    assert!(
-        said.contains("3 with a fault") && !said.contains("`scale`"),
-        "{said}"
-    );
-    let warned = text(&estimate(folder).stderr);
-    assert!(
-        warned.contains("wheel3_motor_torque is 0 in the whole log"),
-        "{warned}"
-    );
+    let (folder, said) = checked(|drive| drive.change("_motor_torque", |_, _| 0.0));
+    assert_contains(&said, "3 with a fault");
+    assert!(!said.contains("`scale`"), "{said}");
+    let warned = text(&estimate(folder.path()).stderr);
+    assert_contains(&warned, "wheel3_motor_torque is 0 in the whole log");
 }
 
 /// All encoders at 0 while torques and gyroscopes move are dead, and no zero follows from a rest that was none; of a
 /// robot that stands, with noise alone, nothing is said.
 #[test]
 fn dead_encoders_are_no_rest() {
-    let dir = tempfile::tempdir().unwrap();
     for moves in [true, false] {
-        let mut drive = LevelDrive::new(1);
-        for i in 1..=3 {
-            drive.column(&format!("wheel{i}_angle")).fill(0.0);
-        }
         let changes: &[(&str, f64)] = match moves {
             true => &[
                 ("wheel1_motor_torque", 3.0),
@@ -80,12 +67,13 @@ fn dead_encoders_are_no_rest() {
             ],
             false => &[],
         };
-        for (column, size) in changes {
-            let values = drive.column(column).iter_mut().enumerate();
-            values.for_each(|(k, x)| *x += size * (0.005 * k as f64).sin());
-        }
-        let said = log(dir.path(), &drive);
-        let faults: Vec<&str> = said.lines().filter(|l| l.starts_with("FAULT")).collect();
+        let (_, said) = checked(|drive| {
+            drive.change("_angle", |_, _| 0.0);
+            for (column, size) in changes {
+                drive.change(column, |k, x| x + size * (0.005 * k as f64).sin());
+            }
+        });
+        let faults = faults(&said);
         let dead = faults
             .iter()
             .filter(|l| l.contains("while torques and gyroscopes change"));
@@ -101,12 +89,8 @@ fn dead_encoders_are_no_rest() {
 /// that drops to 0 again and again is not measured there.
 #[test]
 fn a_torque_that_repeats_its_value_says_why() {
-    let dir = tempfile::tempdir().unwrap();
     let of = |change: &dyn Fn(usize, f64) -> f64| {
-        let mut drive = LevelDrive::new(1);
-        let torque = drive.column("wheel2_motor_torque").iter_mut().enumerate();
-        torque.for_each(|(k, x)| *x = change(k, *x));
-        let said = log(dir.path(), &drive);
+        let (_, said) = checked(|drive| drive.change("wheel2_motor_torque", change));
         let lines = said
             .lines()
             .skip_while(|l| !(l.starts_with("FAULT") && l.contains("torque 2")));
@@ -127,7 +111,7 @@ fn a_torque_that_repeats_its_value_says_why() {
         !fault.contains("saturated") && !fault.contains("again"),
         "{said}"
     );
-    assert!(said.contains("at its limit of"), "{said}");
+    assert_contains(&said, "at its limit of");
     let (fault, said) = of(&|k, x| if k > 150 && k % 100 < 50 { 0.0 } else { x });
     assert!(
         fault.contains("reads 0.0000 again and again, 4 times"),
@@ -138,13 +122,12 @@ fn a_torque_that_repeats_its_value_says_why() {
 /// A wheel that is not read in the second half of a drive: both its channels say since when.
 #[test]
 fn a_silent_channel_is_a_fault() {
-    let dir = tempfile::tempdir().unwrap();
-    let mut drive = LevelDrive::new(1);
-    for column in ["wheel3_angle", "wheel3_motor_torque"] {
-        drive.column(column)[300..].fill(f64::NAN);
-    }
-    let said = log(dir.path(), &drive);
-    let faults: Vec<&str> = said.lines().filter(|l| l.starts_with("FAULT")).collect();
+    let (_, said) = checked(|drive| {
+        for column in ["wheel3_angle", "wheel3_motor_torque"] {
+            drive.column(column)[300..].fill(f64::NAN);
+        }
+    });
+    let faults = faults(&said);
     let silent = |name: &str| format!("{name} has no value for 3.0 s from 3.0 s on");
     assert!(
         faults.len() == 2
@@ -157,51 +140,37 @@ fn a_silent_channel_is_a_fault() {
 /// A log of which no row has an estimate ends with an error.
 #[test]
 fn an_estimate_without_a_force_is_an_error() {
-    let dir = tempfile::tempdir().unwrap();
-    let folder = dir.path();
-    let mut drive = LevelDrive::new(1);
     // No linkage closes at such an angle.
-    drive
-        .column("link1_inclination")
-        .iter_mut()
-        .for_each(|angle| *angle += 2.0);
-    log(folder, &drive);
-    let output = estimate(folder);
+    let folder = logged(DESCRIPTION, |drive| {
+        drive.change("link1_inclination", |_, angle| angle + 2.0);
+    });
+    let output = estimate(folder.path());
     assert!(!output.status.success());
     let error = text(&output.stderr);
-    assert!(error.contains("no estimator found a force"), "{error}");
+    assert_contains(&error, "no estimator found a force");
 }
 
 /// Encoders of a parked robot that tick together are no column twice; those of a drive are.
 #[test]
 fn a_parked_robot_has_no_column_twice() {
-    let dir = tempfile::tempdir().unwrap();
-    let folder = dir.path();
-    let mut drive = LevelDrive::new(1);
     let count = std::f64::consts::TAU / 160_000.0;
-    for i in 1..=3 {
-        let angles = drive
-            .column(&format!("wheel{i}_angle"))
-            .iter_mut()
-            .enumerate();
-        angles.for_each(|(k, angle)| *angle = if k == 0 { 0.0 } else { -count });
-        let times = 601;
+    let (_, said) = checked(|drive| {
+        drive.change("_angle", |k, _| if k == 0 { 0.0 } else { -count });
         // The torques of standing motors: noise alone.
-        let torques = drive.column(&format!("wheel{i}_motor_torque"));
-        torques.copy_within(0..90, 90);
-        for k in 90..times {
-            torques[k] = torques[k % 90];
+        for i in 1..=3 {
+            let torques = drive.column(&format!("wheel{i}_motor_torque"));
+            for k in 90..torques.len() {
+                torques[k] = torques[k % 90];
+            }
         }
-    }
-    let said = log(folder, &drive);
-    assert!(
-        said.contains("the wheels do not turn") && !said.contains("FAULT"),
-        "{said}"
-    );
-    let mut twice = LevelDrive::new(1);
-    let first = twice.column("wheel1_angle").clone();
-    *twice.column("wheel2_angle") = first;
-    assert!(log(folder, &twice).contains("the same column twice"));
+    });
+    assert_contains(&said, "the wheels do not turn");
+    assert!(faults(&said).is_empty(), "{said}");
+    let (_, said) = checked(|drive| {
+        let first = drive.column("wheel1_angle").clone();
+        *drive.column("wheel2_angle") = first;
+    });
+    assert_contains(&said, "the same column twice");
 }
 
 /// Units that no robot has: a stiffness in N/mm^2.1, inertias in kg cm^2.
@@ -209,26 +178,21 @@ fn a_parked_robot_has_no_column_twice() {
 fn impossible_numbers_name_their_unit() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    let refused = |scene: &str, parts: &[&str]| {
+    let not_run = |scene: &str, parts: &[&str]| {
         fs::write(folder.join("scene.toml"), scene).unwrap();
-        let mut command = robhaz(folder);
-        let output = command
-            .args(["run", "scene.toml", "--rerun", "off"])
-            .output()
-            .unwrap();
-        let error = text(&output.stderr);
-        assert!(!output.status.success(), "{scene}");
+        let run = ["run", "scene.toml", "--rerun", "off"];
+        let error = refused(robhaz(folder).args(run));
         for part in parts {
-            assert!(error.contains(part), "{error}\nlacks: {part}");
+            assert_contains(&error, part);
         }
     };
     let stiffness = "[terrain]\nkind = \"flat\"\n[contact]\nstiffness = 150\n";
-    refused(
+    not_run(
         stiffness,
         &["sink by 0.568 m", "N/m^2.1: 150 N/mm^2.1 is 2.99e8"],
     );
     let linear = "[contact]\nstiffness = 150\nexponent = 1\n";
-    refused(linear, &["sink by 0.305 m", "N/m^1: 150 N/mm^1 is 150000"]);
+    not_run(linear, &["sink by 0.305 m", "N/m^1: 150 N/mm^1 is 150000"]);
     let mass = fs::read_to_string(crate::support::root().join("robots/mass-caption.toml")).unwrap();
     for (key, value, found) in [
         ("body_inertia", "760", "760 kg cm^2 are 0.076"),
@@ -240,7 +204,7 @@ fn impossible_numbers_name_their_unit() {
             false => format!("{line}\n"),
         });
         fs::write(folder.join("mass.toml"), lines.collect::<String>()).unwrap();
-        refused(
+        not_run(
             "[robot]\nmass = \"mass.toml\"\n",
             &[key, "the unit is kg m^2", found],
         );

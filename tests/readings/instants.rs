@@ -1,7 +1,9 @@
 //! The instant of a reading: stamps that err, drives with stamps of their own.
 
-use super::level_drive::{LevelDrive, check, estimate, in_the_plane, largest_error, normal};
-use crate::support::{robhaz, text};
+use super::level_drive::{
+    LevelDrive, check, estimate, estimate_of, in_the_plane, largest_error, logged, normal, sound,
+};
+use crate::support::{assert_contains, text};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -22,14 +24,10 @@ fn errors_of_stamps_that_repeat_are_measured_and_count() {
 }
 
 fn errors_of_a_millisecond_are_measured_and_count(mut stamp: impl FnMut(f64) -> f64) {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = logged(&in_the_plane(), |drive| {
+        drive.change("time", |k, time| if k > 0 { stamp(time) } else { time });
+    });
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-    let mut drive = LevelDrive::new(1);
-    for time in drive.column("time").iter_mut().skip(1) {
-        *time = stamp(*time);
-    }
-    drive.write(&folder.join("log.csv"));
     let checked = text(&check(folder).stdout);
     let remedy = checked
         .lines()
@@ -43,11 +41,7 @@ fn errors_of_a_millisecond_are_measured_and_count(mut stamp: impl FnMut(f64) -> 
         "{remedy}"
     );
     let estimated = estimate(folder);
-    assert!(
-        text(&estimated.stderr).contains("the measured one counts"),
-        "{}",
-        text(&estimated.stderr)
-    );
+    assert_contains(text(&estimated.stderr), "the measured one counts");
     let written = fs::read_to_string(folder.join("out/log.toml")).unwrap();
     let jitter = written
         .lines()
@@ -150,26 +144,12 @@ fn drives_with_stamps_of_their_own_give_the_forces() {
             + &description
             + &channels + &readings;
     fs::write(folder.join("d.toml"), description).unwrap();
-    let mut command = robhaz(folder);
-    command.args([
-        "estimate",
-        ".",
-        "--sensors",
-        "d.toml",
-        "--estimator",
-        "kalman",
-        "--contact-angles",
-        "none",
-    ]);
-    command.args([
-        "--out", "out", "--format", "csv", "--force", "--rerun", "off",
-    ]);
-    let output = command.output().unwrap();
+    let output = estimate_of(folder, ".");
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = text(&output.stdout);
-    assert!(
-        said.contains("ms old at the frames on average, moved to their times"),
-        "{said}"
+    assert_contains(
+        &said,
+        "ms old at the frames on average, moved to their times",
     );
     let error = largest_error(folder);
     assert!(error < 3.0, "{error}");
@@ -180,13 +160,10 @@ fn drives_with_stamps_of_their_own_give_the_forces() {
 #[test]
 fn a_coarse_clock_is_named() {
     for (tick, is_refused) in [(1.0, true), (1.0 / 64.0, true), (0.004, false)] {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = logged(&in_the_plane(), |drive| {
+            drive.change("time", |_, time| (time / tick + 1e-6).floor() * tick);
+        });
         let folder = dir.path();
-        fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-        let mut drive = LevelDrive::new(1);
-        let times = drive.column("time").iter_mut();
-        times.for_each(|time| *time = (*time / tick + 1e-6).floor() * tick);
-        drive.write(&folder.join("log.csv"));
         for output in [check(folder), estimate(folder)] {
             let said = text(&output.stdout) + &text(&output.stderr);
             let words = "the clock of the stamps is coarser than the rows are apart";
@@ -200,22 +177,21 @@ fn a_coarse_clock_is_named() {
 /// to 3 N, as with tables of their own.
 #[test]
 fn a_table_may_be_made_of_several() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = logged(&in_the_plane(), |drive| {
+        let of_rows = |own: usize| move |k: usize, x: f64| if k % 2 == own { x } else { f64::NAN };
+        for (end, own) in [
+            ("_inclination", 1),
+            ("_rate", 1),
+            ("_angle", 0),
+            ("_torque", 0),
+        ] {
+            drive.change(end, of_rows(own));
+        }
+    });
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-    let mut drive = LevelDrive::new(1);
-    for (name, values) in &mut drive.columns {
-        let own = usize::from(name.starts_with("link"));
-        let others = values.iter_mut().enumerate().filter(|(k, _)| k % 2 != own);
-        others
-            .filter(|_| name != "time")
-            .for_each(|(_, value)| *value = f64::NAN);
-    }
-    drive.write(&folder.join("log.csv"));
-    let checked = check(folder);
-    assert!(checked.status.success(), "{}", text(&checked.stdout));
+    sound(folder);
     let estimated = text(&estimate(folder).stderr);
-    assert!(estimated.contains("was made of 2 tables"), "{estimated}");
+    assert_contains(&estimated, "was made of 2 tables");
     let error = largest_error(folder);
     assert!(error < 3.0, "{error}");
 }
@@ -234,19 +210,16 @@ fn repeated_readings_count_once() {
         (&gyroscopes, 0),
         (&["link1_inclination".to_owned()], 0),
     ] {
-        let dir = tempfile::tempdir().unwrap();
-        let folder = dir.path();
-        fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-        let mut drive = LevelDrive::new(1);
-        for (i, name) in held.iter().enumerate() {
-            let values = drive.column(name);
-            for k in 0..values.len() {
-                values[k] = values[k.saturating_sub((k + one_row_later * (i / 2)) % 5)];
+        let dir = logged(&in_the_plane(), |drive| {
+            for (i, name) in held.iter().enumerate() {
+                let values = drive.column(name);
+                for k in 0..values.len() {
+                    values[k] = values[k.saturating_sub((k + one_row_later * (i / 2)) % 5)];
+                }
             }
-        }
-        drive.write(&folder.join("log.csv"));
-        let checked = check(folder);
-        assert!(checked.status.success(), "{}", text(&checked.stdout));
+        });
+        let folder = dir.path();
+        sound(folder);
         let estimated = text(&estimate(folder).stderr);
         assert!(
             estimated.contains("new in every 5th row only, at 20 Hz"),
@@ -261,21 +234,17 @@ fn repeated_readings_count_once() {
 /// times at which they were read, and `check` finds nothing. Known to 3 N, as with stamps of their own.
 #[test]
 fn rows_of_a_burst_count_at_even_times() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = logged(&in_the_plane(), |drive| {
+        let times = drive.column("time");
+        for k in 0..times.len() {
+            let last = (k - k % 5 + 4).min(times.len() - 1);
+            let late = 1e-3 * (last / 5 * 7 % 5) as f64;
+            times[k] = times[last] + late + 2e-4 * (k % 5) as f64;
+        }
+    });
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-    let mut drive = LevelDrive::new(1);
-    let times = drive.column("time");
-    for k in 0..times.len() {
-        let last = (k - k % 5 + 4).min(times.len() - 1);
-        let late = 1e-3 * (last / 5 * 7 % 5) as f64;
-        times[k] = times[last] + late + 2e-4 * (k % 5) as f64;
-    }
-    drive.write(&folder.join("log.csv"));
-    let checked = check(folder);
-    let [printed, warned] = [&checked.stdout, &checked.stderr].map(|of| text(of));
-    assert!(checked.status.success(), "{printed}");
-    assert!(warned.contains("in bursts of 5.0 in the mean"), "{warned}");
+    let [printed, warned] = sound(folder);
+    assert_contains(&warned, "in bursts of 5.0 in the mean");
     assert!(!printed.contains("gap(s)"), "{printed}");
     estimate(folder);
     let error = largest_error(folder);
@@ -286,22 +255,16 @@ fn rows_of_a_burst_count_at_even_times() {
 /// part. Known to 5 N.
 #[test]
 fn angles_with_few_digits_have_the_counts_of_the_coarsest_part() {
-    let dir = tempfile::tempdir().unwrap();
+    let rounded = |_: usize, angle: f64| {
+        // Powers of two, as of a float of 11 bits.
+        let step = angle.abs().max(1e-3).log2().floor().exp2() / 1024.0;
+        (angle / step).round() * step
+    };
+    let dir = logged(&in_the_plane(), |drive| drive.change("_angle", rounded));
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-    let mut drive = LevelDrive::new(1);
-    for i in 1..=3 {
-        for angle in drive.column(&format!("wheel{i}_angle")) {
-            // Powers of two, as of a float of 11 bits.
-            let step = angle.abs().max(1e-3).log2().floor().exp2() / 1024.0;
-            *angle = (*angle / step).round() * step;
-        }
-    }
-    drive.write(&folder.join("log.csv"));
-    let checked = check(folder);
-    assert!(checked.status.success(), "{}", text(&checked.stdout));
+    sound(folder);
     let estimated = text(&estimate(folder).stderr);
-    assert!(estimated.contains("as their steps show"), "{estimated}");
+    assert_contains(&estimated, "as their steps show");
     let error = largest_error(folder);
     assert!(error < 5.0, "{error}");
 }

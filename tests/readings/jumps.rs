@@ -1,17 +1,15 @@
 //! Single wrong readings, and encoders that count from a new zero.
 
-use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate, in_the_plane, largest_error};
-use crate::support::text;
+use super::level_drive::{
+    DESCRIPTION, LevelDrive, check, estimate, in_the_plane, largest_error, logged,
+};
+use crate::support::{assert_contains, text};
 use std::fs;
 
 /// Largest error of N of a log with a change, and what `check` and `estimate` say.
 fn spoiled(change: impl Fn(&mut LevelDrive)) -> (f64, String, String) {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = logged(&in_the_plane(), change);
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-    let mut drive = LevelDrive::new(1);
-    change(&mut drive);
-    drive.write(&folder.join("log.csv"));
     let checked = check(folder);
     let estimated = estimate(folder);
     assert!(estimated.status.success(), "{}", text(&estimated.stderr));
@@ -42,9 +40,9 @@ fn a_single_wrong_angle_changes_nothing() {
         }
     });
     assert!(error < LIMIT, "{error}");
-    assert!(
-        checked.contains("at 2.500 s, +0.500 rad at 3.000 s, +0.500 rad at 4.500 s"),
-        "{checked}"
+    assert_contains(
+        &checked,
+        "at 2.500 s, +0.500 rad at 3.000 s, +0.500 rad at 4.500 s",
     );
 }
 
@@ -52,9 +50,10 @@ fn a_single_wrong_angle_changes_nothing() {
 #[test]
 fn an_encoder_that_restarts_again_and_again_is_named() {
     let (error, checked, _) = spoiled(|drive| {
-        let angle = drive.column("wheel1_angle").iter_mut().enumerate();
         // 2 rad a second.
-        angle.for_each(|(k, angle)| *angle -= 2.0 * (k.saturating_sub(100) / 100) as f64);
+        drive.change("wheel1_angle", |k, angle| {
+            angle - 2.0 * (k.saturating_sub(100) / 100) as f64
+        });
     });
     assert!(error < LIMIT, "{error}");
     let named = "a new zero: -2.000 rad at 2.000 s, -2.000 rad at 3.000 s, -2.000 rad at 4.000 s and 2 more";
@@ -63,10 +62,8 @@ fn an_encoder_that_restarts_again_and_again_is_named() {
         fault.is_some_and(|line| line.starts_with("FAULT")),
         "{checked}"
     );
-    assert!(
-        checked.contains("was reset") && checked.contains("`wrap`"),
-        "{checked}"
-    );
+    assert_contains(&checked, "was reset");
+    assert_contains(&checked, "`wrap`");
     assert!(checked.ends_with("1 with a fault\n"), "{checked}");
 }
 
@@ -79,7 +76,7 @@ fn a_small_wrong_angle_is_named() {
         }
     });
     let named = "single wrong readings: +0.010 rad at 2.500 s, +0.010 rad at 3.000 s, +0.010 rad at 4.500 s";
-    assert!(checked.contains(named), "{checked}");
+    assert_contains(&checked, named);
     assert!(checked.ends_with("1 with a fault\n"), "{checked}");
 }
 
@@ -94,10 +91,7 @@ fn angles_that_start_anew_together_are_no_set_clock() {
             angles.iter_mut().for_each(|angle| *angle = wrapped(*angle));
         }
     });
-    assert!(
-        checked.contains("starts anew after a turn or an overflow"),
-        "{checked}"
-    );
+    assert_contains(&checked, "starts anew after a turn or an overflow");
     assert!(!checked.contains("clock was set"), "{checked}");
 }
 
@@ -105,16 +99,11 @@ fn angles_that_start_anew_together_are_no_set_clock() {
 #[test]
 fn an_encoder_that_restarts_is_named() {
     let (error, checked, _) = spoiled(|drive| {
-        drive.column("wheel2_angle")[400..]
-            .iter_mut()
-            .for_each(|angle| *angle -= 2.0);
+        drive.change("wheel2_angle", |k, x| if k < 400 { x } else { x - 2.0 });
     });
     assert!(error < LIMIT, "{error}");
-    assert!(checked.contains("encoder 2"), "{checked}");
-    assert!(
-        checked.contains("a new zero: -2.000 rad at 4.000 s"),
-        "{checked}"
-    );
+    assert_contains(&checked, "encoder 2");
+    assert_contains(&checked, "a new zero: -2.000 rad at 4.000 s");
     assert!(!checked.contains("clock was set"), "{checked}");
 }
 
@@ -129,10 +118,7 @@ fn encoders_that_restart_together_are_no_set_clock() {
         }
     });
     assert!(error < LIMIT, "{error}");
-    assert!(
-        checked.contains("all encoders count from a new zero at 4.000 s"),
-        "{checked}"
-    );
+    assert_contains(&checked, "all encoders count from a new zero at 4.000 s");
     assert!(!checked.contains("clock was set"), "{checked}");
     assert!(checked.ends_with("1 with a fault\n"), "{checked}");
 }

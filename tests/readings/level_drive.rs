@@ -1,6 +1,6 @@
 //! A drive on level ground whose forces are known in closed form, as a log that a test then spoils.
 
-use crate::support::{columns, robhaz, text};
+use crate::support::{assert_contains, columns, robhaz, text, words};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use robhaz_model::Robot;
@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::Output;
+use tempfile::TempDir;
 
 /// A log of robot A: 6 s at 100 Hz, rest until 1 s, then to 0.2 m/s within 0.6 s. Its readings have the errors of the
 /// default budget; the torques are those of damping and acceleration, so that the drive's mean traction is 0.
@@ -91,6 +92,20 @@ impl LevelDrive {
         &mut found.unwrap_or_else(|| panic!("{name}")).1
     }
 
+    /// Changes the values of all columns whose names end so, each by its row.
+    pub fn change(&mut self, end: &str, mut of: impl FnMut(usize, f64) -> f64) {
+        for (_, values) in self
+            .columns
+            .iter_mut()
+            .filter(|(name, _)| name.ends_with(end))
+        {
+            values
+                .iter_mut()
+                .enumerate()
+                .for_each(|(k, x)| *x = of(k, *x));
+        }
+    }
+
     /// Writes the log as CSV.
     pub fn write(&self, path: &Path) {
         let names: Vec<_> = self.columns.iter().map(|(name, _)| name.as_str()).collect();
@@ -118,35 +133,61 @@ fn spin(time: f64) -> (f64, f64, f64) {
     (speed * (turned + after), speed * share, speed * by_u / ramp)
 }
 
+/// A folder with a description, `d.toml`, and the log of the drive with a change, `log.csv`.
+pub fn logged(description: &str, change: impl FnOnce(&mut LevelDrive)) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("d.toml"), description).unwrap();
+    let mut drive = LevelDrive::new(1);
+    change(&mut drive);
+    drive.write(&folder.path().join("log.csv"));
+    folder
+}
+
 /// Output of `robhaz check log.csv --sensors d.toml` in a folder.
 pub fn check(folder: &Path) -> Output {
-    let arguments = ["check", "-v", "log.csv", "--sensors", "d.toml"];
-    robhaz(folder).args(arguments).output().unwrap()
+    check_of(folder, "log.csv")
+}
+
+/// The same of another log.
+pub fn check_of(folder: &Path, log: &str) -> Output {
+    let mut command = robhaz(folder);
+    command.args(["check", "-v", log, "--sensors", "d.toml"]);
+    command.output().unwrap()
 }
 
 /// Output of `robhaz estimate log.csv --sensors d.toml`, with `kalman` without contact angles, into the folder `out`.
 pub fn estimate(folder: &Path) -> Output {
+    estimate_of(folder, "log.csv")
+}
+
+/// The same of another log.
+pub fn estimate_of(folder: &Path, log: &str) -> Output {
     let mut command = robhaz(folder);
-    command.args([
-        "estimate",
-        "log.csv",
-        "--sensors",
-        "d.toml",
-        "--estimator",
-        "kalman",
-    ]);
-    command.args([
-        "--contact-angles",
-        "none",
-        "--out",
-        "out",
-        "--format",
-        "csv",
-    ]);
-    command
-        .args(["--force", "--rerun", "off"])
-        .output()
-        .unwrap()
+    command.args(["estimate", log, "--sensors", "d.toml"]);
+    command.args(words("--estimator kalman --contact-angles none"));
+    command.args(words("--out out --format csv --force --rerun off"));
+    command.output().unwrap()
+}
+
+/// `check` finds no fault: what it printed and warned of.
+#[track_caller]
+pub fn sound(folder: &Path) -> [String; 2] {
+    let output = check(folder);
+    let said = [&output.stdout, &output.stderr].map(|of| text(of));
+    assert!(output.status.success(), "{said:?}");
+    said
+}
+
+/// Both commands refuse the log, with an error that has these parts.
+#[track_caller]
+pub fn refused(folder: &Path, log: &str, parts: &[&str]) {
+    for output in [check_of(folder, log), estimate_of(folder, log)] {
+        let error = text(&output.stderr);
+        assert!(!output.status.success(), "not refused: {parts:?}");
+        for part in parts {
+            assert_contains(&error, part);
+        }
+    }
 }
 
 /// Largest error of N in the steady part, N: the estimate in `out` against the static loads.
@@ -169,12 +210,9 @@ pub fn largest_error(folder: &Path) -> f64 {
 /// deviations that are stated with the budget's errors, 0.3 to 0.6 N.
 #[test]
 fn the_level_drive_has_its_static_loads() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = logged(DESCRIPTION, |_| ());
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
-    LevelDrive::new(1).write(&folder.join("log.csv"));
-    let checked = check(folder);
-    assert!(checked.status.success(), "{}", text(&checked.stdout));
+    sound(folder);
     let estimated = estimate(folder);
     assert!(estimated.status.success(), "{}", text(&estimated.stderr));
     let error = largest_error(folder);

@@ -1,13 +1,12 @@
 //! Messages of ROS 2 as nodes publish them, and bags as `ros2 bag` leaves them.
 
-use crate::readings::level_drive::{LevelDrive, largest_error};
+use crate::readings::level_drive::{LevelDrive, check_of, estimate_of, largest_error, refused};
 use crate::readings::messages::{
     IMU, JOINTS, START, Sample, Topics, at_rest, description, imu, inclined, joints, samples,
 };
-use crate::support::{robhaz, text};
+use crate::support::{assert_contains, text};
 use std::fs;
 use std::path::Path;
-use std::process::Output;
 
 /// Topics of the joints and of an IMU on each link, whose message is made of inclination and rate.
 fn topics(of_imu: impl Fn(u64, f64, f64) -> Vec<u8>) -> Topics {
@@ -40,43 +39,14 @@ fn usual(time: u64, inclination: f64, rate: f64) -> Vec<u8> {
     )
 }
 
-fn command(folder: &Path, command: &str, log: &str) -> Output {
-    let mut robhaz = robhaz(folder);
-    robhaz.args([command, log, "--sensors", "d.toml"]);
-    if command == "estimate" {
-        robhaz.args([
-            "--estimator",
-            "kalman",
-            "--contact-angles",
-            "none",
-            "--out",
-            "out",
-        ]);
-        robhaz.args(["--format", "csv", "--force", "--rerun", "off"]);
-    }
-    robhaz.output().unwrap()
-}
-
 /// `check` finds no fault, and N is that of the static loads as in the drive's own test.
 fn is_right(folder: &Path, log: &str) {
-    for of in ["check", "estimate"] {
-        let output = command(folder, of, log);
+    for output in [check_of(folder, log), estimate_of(folder, log)] {
         let said = text(&output.stdout) + &text(&output.stderr);
-        assert!(output.status.success(), "{of}: {said}");
+        assert!(output.status.success(), "{said}");
     }
     let error = largest_error(folder);
     assert!(error < 2.0, "{error} N");
-}
-
-fn refused(folder: &Path, log: &str, parts: &[&str]) {
-    for of in ["check", "estimate"] {
-        let output = command(folder, of, log);
-        let error = text(&output.stderr);
-        assert!(!output.status.success(), "{of}");
-        for part in parts {
-            assert!(error.contains(part), "{error}\nlacks: {part}");
-        }
-    }
 }
 
 fn written(topics: &Topics, description: &str) -> tempfile::TempDir {
@@ -273,12 +243,10 @@ fn velocities_are_integrated() {
     )
     .unwrap();
     is_right(folder.path(), "log.mcap");
-    let said = text(&command(folder.path(), "estimate", "log.mcap").stderr);
+    let said = text(&estimate_of(folder.path(), "log.mcap").stderr);
     let notice = "wheel1_angle is the integral of front.velocity, a speed";
-    assert!(
-        said.contains(notice) && said.contains("counts a turn"),
-        "{said}"
-    );
+    assert_contains(&said, notice);
+    assert_contains(&said, "counts a turn");
 }
 
 /// A sensor that hangs upside down shows 180 deg from both sides: `check` names the axis, and with it, or with sign and
@@ -301,13 +269,13 @@ fn a_sensor_may_hang_upside_down() {
     for source in ["acceleration", "orientation"] {
         let key = format!("inclination = \"{source}\"");
         let folder = written(&topics(turned), &description(&key, ""));
-        let output = command(folder.path(), "check", "log.mcap");
+        let output = check_of(folder.path(), "log.mcap");
         let said = text(&output.stdout);
         assert!(
             !output.status.success() && said.contains("up = \"-z\" of imu.link1"),
             "{said}"
         );
-        assert!(said.contains("2 with a fault"), "{said}");
+        assert_contains(&said, "2 with a fault");
         let keys = format!("{key}\nup = \"-z\"");
         fs::write(folder.path().join("d.toml"), description(&keys, "")).unwrap();
         is_right(folder.path(), "log.mcap");

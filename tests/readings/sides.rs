@@ -1,7 +1,7 @@
 //! What a log is a side of: the commands say it, and state what the other side may do.
 
 use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate, largest_error};
-use crate::support::{columns, text};
+use crate::support::{assert_contains, columns, text};
 use std::fs;
 use std::path::Path;
 
@@ -62,7 +62,7 @@ fn the_commands_say_what_a_log_is_a_side_of() {
         let is_of_two = kept.contains("two");
         assert_eq!(warned.contains("one side of a robot with two"), is_of_two);
         let log = fs::read_to_string(folder.join("out/log.toml")).unwrap();
-        assert!(log.contains(kept), "{log}");
+        assert_contains(&log, kept);
         let error = largest_error(folder);
         // Three of the deviations that the level drive has in a plane.
         assert!(error < 2.0, "{error}");

@@ -1,22 +1,14 @@
 //! What drivers do to the sign of a torque: `check` names it, `estimate` refuses magnitudes.
 
-use super::level_drive::{DESCRIPTION, LevelDrive, check, estimate};
+use super::level_drive::{DESCRIPTION, check, estimate, logged};
 use crate::support::text;
-use std::fs;
 
 /// What `check` says of the drive with changed torques, and `estimate`, and whether this refuses it.
 fn checked(change: impl Fn(f64) -> f64) -> ([String; 2], bool) {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = logged(DESCRIPTION, |drive| {
+        drive.change("_motor_torque", |_, torque| change(torque));
+    });
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), DESCRIPTION).unwrap();
-    let mut drive = LevelDrive::new(1);
-    for i in 1..=3 {
-        let torques = drive.column(&format!("wheel{i}_motor_torque"));
-        torques
-            .iter_mut()
-            .for_each(|torque| *torque = change(*torque));
-    }
-    drive.write(&folder.join("log.csv"));
     let estimated = estimate(folder);
     let estimated_said = text(&estimated.stderr);
     let refused = estimated_said.contains("their signs are lost");
@@ -59,14 +51,9 @@ fn a_lost_sign_is_named() {
 #[test]
 fn another_unit_shows_in_the_start() {
     for (factor, fits) in [(57.3, false), (0.1, false), (1.0, true)] {
-        let dir = tempfile::tempdir().unwrap();
-        fs::write(dir.path().join("d.toml"), DESCRIPTION).unwrap();
-        let mut drive = LevelDrive::new(1);
-        for i in 1..=3 {
-            let angles = drive.column(&format!("wheel{i}_angle"));
-            angles.iter_mut().for_each(|angle| *angle *= factor);
-        }
-        drive.write(&dir.path().join("log.csv"));
+        let dir = logged(DESCRIPTION, |drive| {
+            drive.change("_angle", |_, angle| factor * angle);
+        });
         let report = text(&check(dir.path()).stdout);
         let named = report.contains("have another unit (degrees 57.3;");
         assert_eq!(named, !fits, "{factor}: {report}");

@@ -1,10 +1,11 @@
 //! Text and units: decimal marks, units in the names of columns, time stamps.
 
-use crate::readings::level_drive::{DESCRIPTION, LevelDrive, check, estimate, largest_error};
+use crate::readings::level_drive::{
+    DESCRIPTION, LevelDrive, estimate, largest_error, refused, sound,
+};
 use crate::support::text;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
 
 /// Every reading has a column of its name in SI; those of wheel 1 and of the time may have others.
 fn described(angle: &str, torque: &str, rate: &str, channel: &str) -> String {
@@ -61,16 +62,6 @@ fn grouped(number: f64, separator: &str) -> String {
     if number < 0.0 { format!("-{out}") } else { out }
 }
 
-fn refused(folder: &Path, parts: &[&str]) {
-    for output in [check(folder), estimate(folder)] {
-        let error = text(&output.stderr);
-        assert!(!output.status.success(), "not refused: {parts:?}");
-        for part in parts {
-            assert!(error.contains(part), "{error}\nlacks: {part}");
-        }
-    }
-}
-
 /// Counts with separators of thousands are refused with their cell, whatever the separator and the decimal mark; the
 /// same counts without them are right.
 #[test]
@@ -106,6 +97,7 @@ fn thousands_separators_are_refused() {
         write(separator, point, thousands);
         refused(
             folder,
+            "log.csv",
             &["log.csv, line ", "column ", "thousands separators"],
         );
     }
@@ -195,15 +187,11 @@ fn units_in_names_are_compared() {
         describe("");
         refused(
             folder,
+            "log.csv",
             &[&format!("column {column}: its unit is "), "allowed: the `"],
         );
         describe(own);
-        let output = check(folder);
-        assert!(
-            output.status.success(),
-            "{column}: {}",
-            text(&output.stderr)
-        );
+        sound(folder);
     }
 }
 
@@ -264,6 +252,7 @@ fn stamps_are_read_as_they_are_written() {
     fs::write(folder.join("log.csv"), spoiled).unwrap();
     refused(
         folder,
+        "log.csv",
         &[
             "log.csv, line 12, column b: found \"1000000000\"",
             "whole nanoseconds",

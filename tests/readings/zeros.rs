@@ -1,27 +1,19 @@
 //! Zeros of the links' sensors: at rest, and by the work of the torques.
 
-use super::level_drive::{LevelDrive, check, estimate, in_the_plane};
-use crate::support::text;
-use std::fs;
+use super::level_drive::{LevelDrive, check, estimate, in_the_plane, logged};
+use crate::support::{assert_contains, text};
 
 /// What `check` and `estimate` say of a log with a change.
-fn said(change: impl Fn(&mut LevelDrive)) -> [String; 2] {
-    let dir = tempfile::tempdir().unwrap();
+fn said(change: impl FnOnce(&mut LevelDrive)) -> [String; 2] {
+    let dir = logged(&in_the_plane(), change);
     let folder = dir.path();
-    fs::write(folder.join("d.toml"), in_the_plane()).unwrap();
-    let mut drive = LevelDrive::new(1);
-    change(&mut drive);
-    drive.write(&folder.join("log.csv"));
     let estimated = estimate(folder);
     let said = text(&estimated.stdout) + &text(&estimated.stderr);
     [text(&check(folder).stdout), said]
 }
 
 fn tilted(drive: &mut LevelDrive, by: f64) {
-    for name in ["link1_inclination", "link2_inclination"] {
-        let values = drive.column(name).iter_mut();
-        values.for_each(|value| *value += by.to_radians());
-    }
+    drive.change("_inclination", |_, value| value + by.to_radians());
 }
 
 /// Sensors that are all mounted with their nose up show a rise which no torque makes: both commands say so. Nose down may
@@ -32,15 +24,13 @@ fn sensors_that_are_all_mounted_alike_are_named() {
     const WARNING: &str =
         "READINGS CONTRADICT EACH OTHER: by the work of the torques all inclinometers err by";
     let [checked, estimated] = said(|drive| tilted(drive, 5.0));
-    assert!(checked.contains(FAULT), "{checked}");
-    assert!(estimated.contains(WARNING), "{estimated}");
+    assert_contains(&checked, FAULT);
+    assert_contains(&estimated, WARNING);
     let [checked, estimated] = said(|drive| tilted(drive, -5.0));
     assert!(!checked.contains(FAULT), "{checked}");
     let at_rest = "at rest all inclinometers together show a slope of -5.0 deg";
-    assert!(
-        estimated.contains(at_rest) && estimated.contains("Each degree is 1.7 % of the weight"),
-        "{estimated}"
-    );
+    assert_contains(&estimated, at_rest);
+    assert_contains(&estimated, "Each degree is 1.7 % of the weight");
     let [checked, estimated] = said(|_| {});
     assert!(!checked.contains("FAULT"), "{checked}");
     assert!(!estimated.contains("all inclinometers"), "{estimated}");
@@ -55,23 +45,15 @@ fn spikes_are_no_zero() {
         [20, 45, 80].into_iter().for_each(|k| values[k] += 1.0);
     });
     assert!(!checked.contains(FAULT), "{checked}");
-    let [checked, _] = said(|drive| {
-        let values = drive.column("link1_rate").iter_mut();
-        values.for_each(|value| *value += 0.01);
-    });
-    assert!(checked.contains(FAULT), "{checked}");
+    let [checked, _] = said(|drive| drive.change("link1_rate", |_, value| value + 0.01));
+    assert_contains(&checked, FAULT);
 }
 
 /// Inclinations from 0 to 360 deg are those from -180 to 180 deg.
 #[test]
 fn inclinations_may_go_from_0_to_a_turn() {
-    let turned = |drive: &mut LevelDrive| {
-        for name in ["link1_inclination", "link2_inclination"] {
-            let values = drive.column(name).iter_mut();
-            values.for_each(|value| *value = value.rem_euclid(std::f64::consts::TAU));
-        }
-    };
-    let [checked, _] = said(turned);
+    let turned = |_: usize, value: f64| value.rem_euclid(std::f64::consts::TAU);
+    let [checked, _] = said(|drive| drive.change("_inclination", turned));
     assert!(!checked.contains("FAULT"), "{checked}");
 }
 
@@ -79,18 +61,12 @@ fn inclinations_may_go_from_0_to_a_turn() {
 /// nothing.
 #[test]
 fn an_estimate_says_what_check_finds() {
-    let off = |drive: &mut LevelDrive| {
-        let values = drive.column("wheel2_motor_torque").iter_mut();
-        values.for_each(|value| *value += 1.0);
-    };
+    let off = |drive: &mut LevelDrive| drive.change("wheel2_motor_torque", |_, value| value + 1.0);
     let [checked, estimated] = said(off);
-    assert!(checked.contains("FAULT        zero at rest"), "{checked}");
+    assert_contains(&checked, "FAULT        zero at rest");
     let line = "FAULT: zero at rest, torque 2: mean 0.99";
-    assert!(estimated.contains(line), "{estimated}");
-    assert!(
-        estimated.contains(" -> zero it with the motors off"),
-        "{estimated}"
-    );
+    assert_contains(&estimated, line);
+    assert_contains(&estimated, " -> zero it with the motors off");
     let [_, estimated] = said(|_| {});
     assert!(!estimated.contains("FAULT"), "{estimated}");
 }
@@ -100,19 +76,9 @@ fn an_estimate_says_what_check_finds() {
 #[test]
 fn white_noise_of_encoders_counts() {
     let mut random = super::level_drive::normal(4);
-    let noise: Vec<f64> = (0..1803)
-        .map(|_| 0.05_f64.to_radians() * random())
-        .collect();
-    let [checked, estimated] = said(|drive| {
-        for (i, noise) in noise.chunks(601).enumerate() {
-            let values = drive.column(&format!("wheel{}_angle", i + 1)).iter_mut();
-            values.zip(noise).for_each(|(value, noise)| *value += noise);
-        }
-    });
+    let mut noisy = |_: usize, angle: f64| angle + 0.05_f64.to_radians() * random();
+    let [checked, estimated] = said(|drive| drive.change("_angle", &mut noisy));
     assert!(!checked.contains("FAULT"), "{checked}");
-    assert!(
-        estimated.contains("the encoders have a white noise of 0.05"),
-        "{estimated}"
-    );
+    assert_contains(&estimated, "the encoders have a white noise of 0.05");
     assert!(!estimated.contains("WRONG FORCES"), "{estimated}");
 }

@@ -1,6 +1,7 @@
 //! Random numbers, matrices and linkages for tests.
 
 use crate::statics::{Arms, Equilibrium, Loads};
+use proptest::prelude::*;
 use robhaz_model::Geometry;
 
 /// Random numbers that are the same in every run: a linear congruential generator (Knuth's MMIX),
@@ -32,6 +33,16 @@ impl Random {
 pub fn positive<const N: usize>(root: &[f64]) -> nalgebra::SMatrix<f64, N, N> {
     let root = nalgebra::SMatrix::<f64, N, N>::from_row_slice(root);
     root * root.transpose() + nalgebra::SMatrix::identity() * 0.1
+}
+
+/// Angles of links 1 and 2 inside the stops, rad.
+pub fn angles() -> impl Strategy<Value = [f64; 2]> {
+    (-0.4_f64..0.4, -0.6_f64..0.5).prop_map(|(theta2, opening)| [theta2 + opening, theta2])
+}
+
+/// Contact angles, rad.
+pub fn slopes() -> impl Strategy<Value = [f64; 3]> {
+    prop::array::uniform3(-0.5_f64..0.5)
 }
 
 /// Geometry B or A.

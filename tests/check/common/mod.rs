@@ -2,7 +2,7 @@
 
 pub mod faults;
 
-use robhaz_estimator::{Estimator, EstimatorSettings, KalmanReport, SensorFrame};
+use robhaz_estimator::{Estimate, Estimator, EstimatorSettings, KalmanReport, SensorFrame};
 use robhaz_log::check::{BodyNoise, Report, Stated, check};
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
@@ -44,6 +44,51 @@ pub fn readings_of<'a>(
     samples.map(|t| sensors.read(t)).collect()
 }
 
+/// A scene with typical sensors and further keys, and its readings at 100 Hz with the sensor errors of a seed.
+pub fn drive(name: &str, keys: &[&str], seed: u64) -> Result<(Scene, Vec<SensorFrame>), Failure> {
+    let scene = scene(name, &[keys, &["sensors.grade=typical"]].concat())?;
+    let truth = TruthRun::of(&scene)?;
+    let frames = readings_of(&scene, truth.samples().step_by(10), seed);
+    Ok((scene, frames))
+}
+
+/// By how much the forces of a wheel err, and what is stated of it, N.
+pub struct Errors {
+    /// Of N and T.
+    pub errors: [f64; 2],
+    pub sigmas: [f64; 2],
+    /// True N.
+    pub load: f64,
+}
+
+impl Errors {
+    /// Of the wheels that have an equivalent contact, with their numbers.
+    pub fn of(estimate: &Estimate, truth: &Truth) -> Result<Vec<(usize, Self)>, Failure> {
+        let mut all = Vec::new();
+        for (i, wheel) in truth.wheels.iter().enumerate() {
+            let Some(contact) = wheel.equivalent_contact() else {
+                continue;
+            };
+            let sigmas = estimate.sigma_normal(i).zip(estimate.sigma_traction(i));
+            let errors = Self {
+                errors: [
+                    estimate.normal_force[i] - contact.normal_force,
+                    estimate.traction[i] - contact.traction,
+                ],
+                sigmas: sigmas.ok_or("kalman states its deviations")?.into(),
+                load: contact.normal_force,
+            };
+            all.push((i, errors));
+        }
+        Ok(all)
+    }
+
+    /// The same in deviations. Forces that are held at zero have none: at least `least`, N.
+    pub fn in_deviations(&self, least: f64) -> [f64; 2] {
+        [0, 1].map(|k| self.errors[k].abs() / self.sigmas[k].max(least))
+    }
+}
+
 /// RMS error of N over the mean N from 2 s on and the mean of its stated deviation over the same, of the frames of
 /// samples of the truth; and the last report.
 pub fn error_of(
@@ -59,19 +104,22 @@ pub fn error_of(
             continue;
         };
         last = estimate.kalman;
-        for (i, wheel) in sample.wheels.iter().enumerate() {
-            let Some(contact) = wheel.equivalent_contact().filter(|_| frame.time > 2.0) else {
-                continue;
-            };
-            let error = estimate.normal_force[i] - contact.normal_force;
-            squares += error * error;
-            stated += estimate.sigma_normal(i).ok_or("of kalman")?;
-            sum += contact.normal_force;
+        let errors = Errors::of(&estimate, sample)?;
+        for (_, wheel) in errors.iter().filter(|_| frame.time > 2.0) {
+            squares += wheel.errors[0] * wheel.errors[0];
+            stated += wheel.sigmas[0];
+            sum += wheel.load;
             count += 1.0;
         }
     }
     let relative = [f64::sqrt(squares * count) / sum, stated / sum];
     Ok((relative, last.ok_or("no estimate")?))
+}
+
+/// Number of seeds of a study: this one, or that of the environment variable SEEDS.
+pub fn seeds(usual: u64) -> u64 {
+    let stated = std::env::var("SEEDS").ok();
+    stated.and_then(|n| n.parse().ok()).unwrap_or(usual)
 }
 
 /// What `check` says of frames with what a scene states, without contact angles: no robot knows

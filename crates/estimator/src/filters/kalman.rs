@@ -162,13 +162,9 @@ impl<const N: usize, const FIRST: usize, const CONSIDERED: usize> Kalman<N, FIRS
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::positive;
     use nalgebra::{Matrix3, Vector3};
     use proptest::prelude::*;
-
-    fn covariance(root: [f64; 9]) -> Matrix3<f64> {
-        let root = Matrix3::from_row_slice(&root);
-        root * root.transpose() + Matrix3::identity() * 0.1
-    }
 
     proptest! {
         /// Equivalence: the scalar update is the conditional of the joint Gaussian, here in the
@@ -179,7 +175,7 @@ mod tests {
             root in prop::array::uniform9(-1.0_f64..1.0), x in prop::array::uniform3(-2.0_f64..2.0),
             h in prop::array::uniform2(-2.0_f64..2.0), z in -3.0_f64..3.0, r in 0.01_f64..2.0,
         ) {
-            let p = covariance(root);
+            let p = positive::<3>(&root);
             let mut filter: Kalman<3> = Kalman { x, p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             let row = [(0, h[0]), (2, h[1])];
             let full = Vector3::new(h[0], 0.0, h[1]);
@@ -208,7 +204,7 @@ mod tests {
             root in prop::array::uniform9(-1.0_f64..1.0), h in prop::array::uniform3(-2.0_f64..2.0),
             z in -3.0_f64..3.0, r in 0.01_f64..2.0,
         ) {
-            let p = covariance(root);
+            let p = positive::<3>(&root);
             let x = [1.0, -2.0, 0.5];
             let mut filter: Kalman<3, 2, 1> = Kalman { x, p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             filter.update(&[(0, h[0]), (1, h[1]), (2, h[2])], z, r);

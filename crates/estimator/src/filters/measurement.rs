@@ -132,13 +132,8 @@ impl<const N: usize, const FIRST: usize, const CONSIDERED: usize> Kalman<N, FIRS
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Matrix3;
+    use crate::testing::positive;
     use proptest::prelude::*;
-
-    fn covariance(root: [f64; 9]) -> Matrix3<f64> {
-        let root = Matrix3::from_row_slice(&root);
-        root * root.transpose() + Matrix3::identity() * 0.1
-    }
 
     /// Of the second state alone, with white noise and a gate of five deviations.
     fn of_the_second(innovation: f64, white: f64) -> Measurement<1, 0> {
@@ -157,7 +152,7 @@ mod tests {
         /// innovation has the variance d^2/25. Rounding.
         #[test]
         fn outliers_count_by_less(root in prop::array::uniform9(-1.0_f64..1.0), far in 20.0_f64..200.0, sign in prop::bool::ANY) {
-            let p = covariance(root);
+            let p = positive::<3>(&root);
             let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             let far = if sign { far } else { -far };
             let (mut outlier, mut noisy) = (before, before);
@@ -177,7 +172,7 @@ mod tests {
         /// A measurement that is not a finite number changes nothing.
         #[test]
         fn nan_is_rejected(root in prop::array::uniform9(-1.0_f64..1.0)) {
-            let p = covariance(root);
+            let p = positive::<3>(&root);
             let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             for (difference, r) in [(f64::NAN, 0.1), (0.1, f64::NAN), (f64::INFINITY, 0.1), (0.1, f64::INFINITY)] {
                 let mut filter = before;

@@ -271,6 +271,7 @@ mod tests {
 
     /// A wheel under constant torques, integrated exactly:
     /// `omega = rest + (omega - rest) exp(-B t/J)`.
+    #[derive(Default)]
     struct Wheel {
         angle: f64,
         speed: f64,
@@ -339,10 +340,7 @@ mod tests {
     #[test]
     fn a_step_settles() {
         let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
-        let mut wheel = Wheel {
-            angle: 0.0,
-            speed: 0.0,
-        };
+        let mut wheel = Wheel::default();
         observer.measure(&PARAMETERS, 0.0);
         let mut run = |seconds: f64, ground: f64| {
             for _ in 0..libm::round(seconds / 1e-3) as u32 {
@@ -370,10 +368,7 @@ mod tests {
             ..PARAMETERS
         };
         let mut observer = TorqueObserver::new(TorqueObserver::AT_REST);
-        let mut wheel = Wheel {
-            angle: 0.0,
-            speed: 0.0,
-        };
+        let mut wheel = Wheel::default();
         observer.measure(&parameters, 0.0);
         let (mut ground, mut rate, dt) = (0.0, 0.0, 1e-3);
         let (mut square, mut count) = (0.0, 0.0);

@@ -20,9 +20,11 @@
 //! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is
 //! faulty.
 
+mod constancy;
 mod monitor;
 mod smoothing;
 mod start;
+mod turning;
 mod wiring;
 
 pub use monitor::Health;

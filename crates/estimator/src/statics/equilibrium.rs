@@ -254,18 +254,9 @@ pub(crate) struct Equations {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{arms, equations, geometry};
+    use crate::testing::{angles, arms, equations, geometry, slopes};
     use proptest::prelude::*;
     use robhaz_model::{Geometry, MassSet};
-
-    /// Links inside the stops, as `[theta1, theta2]`, rad.
-    fn angles() -> impl Strategy<Value = [f64; 2]> {
-        (-0.4_f64..0.4, -0.6_f64..0.5).prop_map(|(theta2, opening)| [theta2 + opening, theta2])
-    }
-
-    fn slopes() -> impl Strategy<Value = [f64; 3]> {
-        prop::array::uniform3(-0.5_f64..0.5)
-    }
 
     proptest! {
         /// `H x'` changes with a contact angle as central differences do: at h = 1e-6 these err by

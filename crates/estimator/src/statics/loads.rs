@@ -101,18 +101,9 @@ impl Loads {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{arms, equations, geometry};
+    use crate::testing::{angles, arms, equations, geometry, slopes};
     use proptest::prelude::*;
     use robhaz_model::{Bar, Geometry, Posture, cross};
-
-    /// Links inside the stops, as `[theta1, theta2]`, rad.
-    fn angles() -> impl Strategy<Value = [f64; 2]> {
-        (-0.4_f64..0.4, -0.6_f64..0.5).prop_map(|(theta2, opening)| [theta2 + opening, theta2])
-    }
-
-    fn slopes() -> impl Strategy<Value = [f64; 3]> {
-        prop::array::uniform3(-0.5_f64..0.5)
-    }
 
     proptest! {
         /// Equivalence: a robot that accelerates uniformly is one at rest in a gravity that is

@@ -58,23 +58,11 @@ fn names_of_the_truth_are_fixed() {
     }
     golden.extend(["stop_torque", "loop_error", "clearance"].map(String::from));
     for n in 1..=3 {
-        for part in [
-            "equivalent_normal_force",
-            "equivalent_contact_angle",
-            "sliding",
-        ] {
+        for part in "equivalent_normal_force equivalent_contact_angle sliding".split(' ') {
             golden.push(format!("wheel{n}_{part}"));
         }
         for contact in 1..=2 {
-            for part in [
-                "x",
-                "y",
-                "angle",
-                "normal_force",
-                "traction",
-                "penetration",
-                "slip_speed",
-            ] {
+            for part in "x y angle normal_force traction penetration slip_speed".split(' ') {
                 golden.push(format!("wheel{n}_contact{contact}_{part}"));
             }
         }

@@ -101,6 +101,14 @@ fn description(scene: &Scene) -> Result<RunDescription, RunError> {
     })
 }
 
+/// The records of a simulation.
+fn simulated(scene: &Scene) -> Result<Kept, RunError> {
+    let mut kept = Kept::default();
+    run(scene, &mut [&mut kept])?;
+    Ok(kept)
+}
+
+/// The readings of a simulation as a log, which may end in the middle of a line.
 fn replay(kept: &Kept, is_torn: bool) -> Box<Log> {
     let sample = |(time, sensors): &(f64, SensorFrame)| Sample {
         both: None,
@@ -119,8 +127,7 @@ fn replay(kept: &Kept, is_torn: bool) -> Box<Log> {
 #[test]
 fn a_replayed_run_gives_the_same_estimates_to_the_bit() -> Result<(), RunError> {
     let scene = scene();
-    let mut simulated = Kept::default();
-    run(&scene, &mut [&mut simulated])?;
+    let simulated = simulated(&scene)?;
     let mut replayed = Kept::default();
     let source = replay(&simulated, false);
     let end = Run::of(description(&scene)?, source).until(&mut [&mut replayed], &|| None)?;
@@ -179,8 +186,7 @@ fn a_run_on_threads_has_the_records_of_one_loop() -> Result<(), RunError> {
 #[test]
 fn a_source_that_fails_ends_the_sinks() -> Result<(), RunError> {
     let scene = scene();
-    let mut simulated = Kept::default();
-    run(&scene, &mut [&mut simulated])?;
+    let simulated = simulated(&scene)?;
     let mut replayed = Kept::default();
     let source = replay(&simulated, true);
     let result = Run::of(description(&scene)?, source).until(&mut [&mut replayed], &|| None);
@@ -198,8 +204,7 @@ fn a_source_that_fails_ends_the_sinks() -> Result<(), RunError> {
 #[test]
 fn a_stopped_run_ends_where_it_was_stopped() -> Result<(), RunError> {
     let scene = scene();
-    let mut simulated = Kept::default();
-    run(&scene, &mut [&mut simulated])?;
+    let simulated = simulated(&scene)?;
     let asked = Cell::new(0);
     let stop = || {
         asked.set(asked.get() + 1);
@@ -221,8 +226,7 @@ fn a_stopped_run_ends_where_it_was_stopped() -> Result<(), RunError> {
 fn replayed_readings_give_the_same_ground() -> Result<(), RunError> {
     let mut scene = scene();
     scene.record.duration = 2.5;
-    let mut simulated = Kept::default();
-    run(&scene, &mut [&mut simulated])?;
+    let simulated = simulated(&scene)?;
     let mut replayed = Kept::default();
     let source = replay(&simulated, false);
     Run::of(description(&scene)?, source).until(&mut [&mut replayed], &|| None)?;

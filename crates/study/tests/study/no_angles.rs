@@ -27,18 +27,24 @@ struct Case {
     limits: Option<[f64; 2]>,
 }
 
-const fn case(
-    name: &'static str,
-    scene: &'static str,
-    overrides: &'static [&'static str],
-    limits: Option<[f64; 2]>,
-) -> Case {
+impl Case {
+    const fn within(mut self, limits: [f64; 2]) -> Self {
+        self.limits = Some(limits);
+        self
+    }
+}
+
+const fn on(scene: &'static str, name: &'static str, overrides: &'static [&'static str]) -> Case {
     Case {
         name,
         scene,
         overrides,
-        limits,
+        limits: None,
     }
+}
+
+const fn on_smooth(name: &'static str, overrides: &'static [&'static str]) -> Case {
+    on("smooth", name, overrides)
 }
 
 const POOR_GROUND: [&str; 2] = ["contact.mu_s=0.5", "contact.mu_d=0.45"];
@@ -51,193 +57,118 @@ const SLOPE: [&str; 4] = [
 const FRONT_FASTER: &str = "drive.scaling=[{wheels=[1],from=4,to=14,factor=1.5}]";
 
 const CASES: &[Case] = &[
-    case("smooth", "smooth", &[], Some([1.0, 0.85])),
-    case("sine", "sine", &[], None),
-    case("rough", "rough", &[], None),
-    case("heights", "heights", &[], None),
-    case("robot B", "smooth", &["robot.geometry=B"], None),
-    case("cosbump", "cosbump", &[], None),
-    case("flat", "flat", &[], None),
-    case("ramp", "ramp", &[], None),
-    case("course", "course", &[], Some([1.9, 1.9])),
-    case("step", "step", &[], Some([4.3, 3.7])),
-    case(
-        "kerb of 150 mm",
+    on_smooth("smooth", &[]).within([1.0, 0.85]),
+    on("sine", "sine", &[]),
+    on("rough", "rough", &[]),
+    on("heights", "heights", &[]),
+    on_smooth("robot B", &["robot.geometry=B"]),
+    on("cosbump", "cosbump", &[]),
+    on("flat", "flat", &[]),
+    on("ramp", "ramp", &[]),
+    on("course", "course", &[]).within([1.9, 1.9]),
+    on("step", "step", &[]).within([4.3, 3.7]),
+    on(
         "step",
+        "kerb of 150 mm",
         &["terrain.kerb=0.15", "record.duration=16"],
-        None,
     ),
-    case("ditch", "ditch", &[], None),
-    case("stairs, robot A", "stairs", &["robot.geometry=A"], None),
-    case("stairs, robot C", "stairs", &[], None),
-    case(
-        "v_s 0.6 mm/s",
-        "smooth",
-        &["contact.v_s=6e-4"],
-        Some([1.35, 0.75]),
-    ),
-    case("v_s 2 mm/s", "smooth", &["contact.v_s=2e-3"], None),
-    case("v_s 6 mm/s", "smooth", &["contact.v_s=6e-3"], None),
-    case("v_s 40 mm/s", "smooth", &["contact.v_s=0.04"], None),
-    case("v_s 80 mm/s", "smooth", &["contact.v_s=0.08"], None),
-    case(
-        "v_s 120 mm/s",
-        "smooth",
-        &["contact.v_s=0.12", "contact.v_d=0.3"],
-        Some([0.8, 0.8]),
-    ),
-    case(
+    on("ditch", "ditch", &[]),
+    on("stairs", "stairs, robot A", &["robot.geometry=A"]),
+    on("stairs", "stairs, robot C", &[]),
+    on_smooth("v_s 0.6 mm/s", &["contact.v_s=6e-4"]).within([1.35, 0.75]),
+    on_smooth("v_s 2 mm/s", &["contact.v_s=2e-3"]),
+    on_smooth("v_s 6 mm/s", &["contact.v_s=6e-3"]),
+    on_smooth("v_s 40 mm/s", &["contact.v_s=0.04"]),
+    on_smooth("v_s 80 mm/s", &["contact.v_s=0.08"]),
+    on_smooth("v_s 120 mm/s", &["contact.v_s=0.12", "contact.v_d=0.3"]).within([0.8, 0.8]),
+    on_smooth(
         "brush, C = 5",
-        "smooth",
         &["contact.friction=brush", "contact.slip_stiffness=5"],
-        Some([0.85, 0.9]),
-    ),
-    case("brush, C = 20", "smooth", &["contact.friction=brush"], None),
-    case(
+    )
+    .within([0.85, 0.9]),
+    on_smooth("brush, C = 20", &["contact.friction=brush"]),
+    on_smooth(
         "brush, C = 50",
-        "smooth",
         &["contact.friction=brush", "contact.slip_stiffness=50"],
-        None,
     ),
-    case(
-        "rigid, v_s 1 mm/s",
-        "smooth",
-        &["contact.friction=rigid"],
-        None,
-    ),
-    case(
+    on_smooth("rigid, v_s 1 mm/s", &["contact.friction=rigid"]),
+    on_smooth(
         "rigid, v_s 0.2 mm/s",
-        "smooth",
         &["contact.friction=rigid", "contact.v_s=2e-4"],
-        None,
     ),
-    case(
+    on_smooth(
         "mu 0.3 on stretches",
-        "smooth",
         &[
             "terrain.stretch=[{from=0.8,to=1.6,mu_s=0.3,mu_d=0.25},{from=2.2,to=2.6,mu_s=0.3,mu_d=0.25}]",
         ],
-        None,
     ),
-    case(
-        "mu 0.3",
-        "smooth",
-        &["contact.mu_s=0.3", "contact.mu_d=0.25"],
-        None,
-    ),
-    case(
+    on_smooth("mu 0.3", &["contact.mu_s=0.3", "contact.mu_d=0.25"]),
+    on_smooth(
         "rolling resistance 0.02",
-        "smooth",
         &["contact.rolling_resistance=0.02"],
-        None,
     ),
-    case(
-        "0.005 m/s",
-        "smooth",
-        &["drive.speed=0.005", "record.duration=300"],
-        None,
-    ),
-    case(
-        "0.01 m/s",
-        "smooth",
-        &["drive.speed=0.01", "record.duration=160"],
-        Some([0.95, 1.1]),
-    ),
-    case(
-        "0.02 m/s",
-        "smooth",
-        &["drive.speed=0.02", "record.duration=110"],
-        Some([0.65, 0.7]),
-    ),
-    case(
-        "0.05 m/s",
-        "smooth",
-        &["drive.speed=0.05", "record.duration=60"],
-        None,
-    ),
-    case(
-        "0.1 m/s",
-        "smooth",
-        &["drive.speed=0.1", "record.duration=36"],
-        None,
-    ),
-    case(
-        "0.3 m/s",
-        "smooth",
-        &["drive.speed=0.3", "record.duration=14"],
-        None,
-    ),
-    case(
-        "0.5 m/s",
-        "smooth",
-        &["drive.speed=0.5", "record.duration=9"],
-        Some([1.85, 1.2]),
-    ),
-    case(
+    on_smooth("0.005 m/s", &["drive.speed=0.005", "record.duration=300"]),
+    on_smooth("0.01 m/s", &["drive.speed=0.01", "record.duration=160"]).within([0.95, 1.1]),
+    on_smooth("0.02 m/s", &["drive.speed=0.02", "record.duration=110"]).within([0.65, 0.7]),
+    on_smooth("0.05 m/s", &["drive.speed=0.05", "record.duration=60"]),
+    on_smooth("0.1 m/s", &["drive.speed=0.1", "record.duration=36"]),
+    on_smooth("0.3 m/s", &["drive.speed=0.3", "record.duration=14"]),
+    on_smooth("0.5 m/s", &["drive.speed=0.5", "record.duration=9"]).within([1.85, 1.2]),
+    on(
+        "ramp",
         "start on a slope of 0.1",
-        "ramp",
         &[SLOPE[0], SLOPE[1], SLOPE[2], SLOPE[3], "terrain.angle=0.1"],
-        Some([1.2, 1.5]),
-    ),
-    case(
-        "start on a slope of -0.1",
+    )
+    .within([1.2, 1.5]),
+    on(
         "ramp",
+        "start on a slope of -0.1",
         &[SLOPE[0], SLOPE[1], SLOPE[2], SLOPE[3], "terrain.angle=-0.1"],
-        None,
     ),
-    case(
-        "front wheel slips, level",
+    on(
         "flat",
+        "front wheel slips, level",
         &[
             POOR_GROUND[0],
             POOR_GROUND[1],
             FRONT_FASTER,
             "record.duration=18",
         ],
-        None,
     ),
-    case(
-        "middle wheel slips, level",
+    on(
         "flat",
+        "middle wheel slips, level",
         &[
             POOR_GROUND[0],
             POOR_GROUND[1],
             "drive.scaling=[{wheels=[2],from=4,to=14,factor=1.5}]",
             "record.duration=18",
         ],
-        None,
     ),
-    case(
+    on_smooth(
         "front wheel slips",
-        "smooth",
         &[POOR_GROUND[0], POOR_GROUND[1], FRONT_FASTER],
-        Some([1.1, 0.9]),
-    ),
-    case(
+    )
+    .within([1.1, 0.9]),
+    on_smooth(
         "rear wheel drags",
-        "smooth",
         &[
             POOR_GROUND[0],
             POOR_GROUND[1],
             "drive.scaling=[{wheels=[3],from=4,to=14,factor=0.3}]",
         ],
-        None,
     ),
-    case(
+    on_smooth(
         "forth and back",
-        "smooth",
         &["drive.scaling=[{wheels=[1,2,3],from=10,to=19,factor=-1}]"],
-        None,
     ),
-    case(
+    on_smooth(
         "backwards over bumps",
-        "smooth",
         &[
             "terrain.kind=bumps",
             "drive.speed=-0.2",
             "terrain.bumps=[{height=0.05,centre=-1.0,width=0.22},{height=-0.035,centre=-1.45,width=0.2},{height=0.04,centre=-1.9,width=0.17},{height=0.06,centre=-2.5,width=0.28},{height=-0.03,centre=-2.95,width=0.16}]",
         ],
-        None,
     ),
 ];
 

@@ -17,20 +17,21 @@ use robhaz_model::Vec2;
 
 const DT: f64 = 1e-3;
 
-fn wheel(random: &mut Random) -> RollingWheel {
+/// A wheel of exact readings that stands.
+fn exact() -> RollingWheel {
     RollingWheel {
-        relative: Vec2::new(random.normal(), random.normal()) * 0.02,
+        relative: Vec2::zeros(),
         smooth_relative: Vec2::zeros(),
-        angle: 0.2 * random.normal(),
-        rim_speed: Some(0.2 + 0.01 * random.normal()),
+        angle: 0.0,
+        rim_speed: Some(0.0),
         turns: true,
-        ratio: (0.3 * random.normal()).clamp(-1.0, 1.0),
+        ratio: 0.0,
         moment_of_load: 4.5,
         resisted: 1.0,
         load_sigma: 0.0,
-        torque: random.normal(),
-        bias_sigma: 1e-3,
-        noise_sigma: 1e-3,
+        torque: 0.0,
+        bias_sigma: 0.0,
+        noise_sigma: 0.0,
         joint_noise: 0.0,
         across_sigma: 0.0,
         settled: true,
@@ -38,6 +39,20 @@ fn wheel(random: &mut Random) -> RollingWheel {
         torque_sigma: 0.05,
         rim_sigma: 0.0,
         product_time: tuning::SLIP.time,
+    }
+}
+
+fn wheel(random: &mut Random) -> RollingWheel {
+    RollingWheel {
+        relative: Vec2::new(random.normal(), random.normal()) * 0.02,
+        smooth_relative: Vec2::zeros(),
+        angle: 0.2 * random.normal(),
+        rim_speed: Some(0.2 + 0.01 * random.normal()),
+        ratio: (0.3 * random.normal()).clamp(-1.0, 1.0),
+        torque: random.normal(),
+        bias_sigma: 1e-3,
+        noise_sigma: 1e-3,
+        ..exact()
     }
 }
 
@@ -119,25 +134,9 @@ fn rolling_determines_the_velocity() {
     for _ in 0..2000 {
         motion.predict(&budget, DT, [true; 3], &[0.0; 3], [0.0; 2]);
         let wheel = RollingWheel {
-            relative: Vec2::zeros(),
-            smooth_relative: Vec2::zeros(),
             angle: slope,
             rim_speed: Some(speed),
-            turns: true,
-            ratio: 0.0,
-            moment_of_load: 4.5,
-            resisted: 1.0,
-            load_sigma: 0.0,
-            torque: 0.0,
-            bias_sigma: 0.0,
-            noise_sigma: 0.0,
-            joint_noise: 0.0,
-            across_sigma: 0.0,
-            settled: true,
-            noise_time: 5e-3,
-            torque_sigma: 0.05,
-            rim_sigma: 0.0,
-            product_time: tuning::SLIP.time,
+            ..exact()
         };
         motion.roll(&budget, &[Some(wheel); 3], DT, true);
     }
@@ -177,9 +176,6 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
                 rim_speed: None,
                 bias_sigma: 0.0,
                 noise_sigma: 2e-3,
-                joint_noise: 0.0,
-                across_sigma: 0.0,
-                settled: true,
                 ..wheel(&mut random)
             })
         });

@@ -58,6 +58,13 @@ fn motion(geometry: &Geometry, x: f64, speed: f64, bias: [f64; 2], direction: f6
     }
 }
 
+/// Drives on to a place x, m, at a speed, m/s.
+fn drive_to(memory: &mut GroundMemory, geometry: &Geometry, x: f64, speed: f64) {
+    memory.drop_left();
+    let sample = motion(geometry, x, speed, [0.0; 2], 0.0);
+    memory.update(geometry, LINK_BIAS, &sample);
+}
+
 /// Drives from 0 to `length` (m) and returns all points, those in memory last.
 fn drive(length: f64, bias: [f64; 2], direction: f64) -> Vec<GroundPoint> {
     let geometry = Geometry::a();
@@ -191,12 +198,7 @@ fn a_robot_may_drive_back() {
     let (mut points, mut x) = (Vec::new(), 0.0);
     for k in 0..12_000 {
         let speed = if k < 7000 { SPEED } else { -SPEED };
-        memory.drop_left();
-        memory.update(
-            &geometry,
-            LINK_BIAS,
-            &motion(&geometry, x, speed, [0.0; 2], 0.0),
-        );
+        drive_to(&mut memory, &geometry, x, speed);
         points.extend(memory.completed());
         let next = if k + 1 < 7000 { SPEED } else { -SPEED };
         x += 0.5 * DT * (speed + next);
@@ -223,13 +225,7 @@ fn every_point_is_completed() {
     let mut before: Vec<f64> = Vec::new();
     let mut completed = 0;
     for k in 0..8000_u32 {
-        memory.drop_left();
-        let x = SPEED * DT * f64::from(k);
-        memory.update(
-            &geometry,
-            LINK_BIAS,
-            &motion(&geometry, x, SPEED, [0.0; 2], 0.0),
-        );
+        drive_to(&mut memory, &geometry, SPEED * DT * f64::from(k), SPEED);
         if k == 6000 {
             memory.end_section();
             assert_eq!(memory.wheel_places(), None);
@@ -258,13 +254,7 @@ fn the_slope_at_a_place_is_known_before_the_next_wheel() {
     let geometry = Geometry::a();
     let mut memory = GroundMemory::new(&geometry);
     for k in 0..8000_u32 {
-        memory.drop_left();
-        let x = SPEED * DT * f64::from(k);
-        memory.update(
-            &geometry,
-            LINK_BIAS,
-            &motion(&geometry, x, SPEED, [0.0; 2], 0.0),
-        );
+        drive_to(&mut memory, &geometry, SPEED * DT * f64::from(k), SPEED);
     }
     let [front, middle, _] = memory.wheel_places().expect("running");
     let (axle, _) = centre(geometry.wheel_radius, 0.0);

@@ -34,6 +34,13 @@ fn one(text: &str, expected: &str) {
     assert_eq!(lines(text), [expected]);
 }
 
+/// The text's first problem has this part.
+#[track_caller]
+fn first(text: &str, part: &str) {
+    let found = lines(text);
+    assert!(found[0].contains(part), "{found:?}");
+}
+
 #[test]
 fn out_of_range() {
     one(
@@ -201,18 +208,11 @@ fn rules_over_several_keys() {
          allowed: drive.ki at most 133000, what drive.kp and the losses damp at this step; \
          or engine.kind = \"direct\"",
     );
-    let found = lines("record.duration = 2.00005");
-    assert!(
-        found[0].contains("allowed: a whole number of records"),
-        "{}",
-        found[0]
+    first(
+        "record.duration = 2.00005",
+        "allowed: a whole number of records",
     );
-    let found = lines("record.duration = 1e6");
-    assert!(
-        found[0].contains("allowed: at most 1e8 records"),
-        "{}",
-        found[0]
-    );
+    first("record.duration = 1e6", "allowed: at most 1e8 records");
     // Beyond three times the time constant of a bare wheel on the damping in each part the contact
     // force may diverge.
     assert_eq!(
@@ -222,17 +222,8 @@ fn rules_over_several_keys() {
             allowed: engine.step at most 1.17e-4 s, 39 times the wheel's mass over the damping; or engine.kind = \"direct\""
         ]
     );
-    let found = lines("contact.v_s = '0.5 mm/s'");
-    assert!(
-        found[0].contains("engine.step at most 1.47e-4"),
-        "{found:?}"
-    );
-    let found = lines("engine.step = 1e-12");
-    assert!(
-        found[0].contains("allowed: at most 1e11 steps"),
-        "{}",
-        found[0]
-    );
+    first("contact.v_s = '0.5 mm/s'", "engine.step at most 1.47e-4");
+    first("engine.step = 1e-12", "allowed: at most 1e11 steps");
 }
 
 /// Counts are whole numbers.

@@ -1,8 +1,9 @@
 //! The friction test from ice to the best ground, on level ground: errors, refusals, and whether
 //! what is stated holds.
 
-use super::{FIRST_SEED, GROUNDS, LAWS, Outcome, Ramps, ramps, scene};
-use rayon::prelude::*;
+use super::{
+    FIRST_SEED, GROUNDS, LAWS, Outcome, Ramps, is_selected, of_seeds, ramps, scene, seeds,
+};
 
 /// From ice to rubber on dry concrete.
 const MU: [f64; 8] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.2];
@@ -70,22 +71,14 @@ fn study_of_level_ground() -> Outcome<()> {
         "| law | mu_s | mean error | RMS | largest | refused | stated holds, % | lower bound holds, % |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    let words = std::env::var("ROBHAZ_CASES").unwrap_or_default();
-    let seeds = std::env::var("ROBHAZ_SEEDS").unwrap_or_default();
-    let seeds = seeds.parse().unwrap_or(20);
     let (_, ground) = GROUNDS[0];
     for law in LAWS {
         for mu in MU {
-            let name = format!("{law}, {mu}");
-            if !words.split(';').any(|word| name.contains(word)) {
+            if !is_selected(&format!("{law}, {mu}")) {
                 continue;
             }
-            let runs: Outcome<Vec<Ramps>> = (FIRST_SEED..FIRST_SEED + seeds)
-                .into_par_iter()
-                .map(|seed| ramps(&scene(law, mu, ground, seed)?))
-                .collect();
             let mut row = Row::default();
-            for ramps in runs? {
+            for ramps in of_seeds(law, mu, ground, seeds())? {
                 row.add(mu, &ramps);
             }
             row.print(law, mu);

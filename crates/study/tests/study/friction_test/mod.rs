@@ -178,13 +178,27 @@ impl Row {
     }
 }
 
-fn row(law: &str, mu: f64, ground: &[&str], seeds: u64) -> Outcome<Row> {
-    let runs: Outcome<Vec<Ramps>> = (FIRST_SEED..FIRST_SEED + seeds)
+fn of_seeds(law: &str, mu: f64, ground: &[&str], seeds: u64) -> Outcome<Vec<Ramps>> {
+    (FIRST_SEED..FIRST_SEED + seeds)
         .into_par_iter()
         .map(|seed| ramps(&scene(law, mu, ground, seed)?))
-        .collect();
+        .collect()
+}
+
+/// The number of seeds of a study.
+fn seeds() -> u64 {
+    let seeds = std::env::var("ROBHAZ_SEEDS").unwrap_or_default();
+    seeds.parse().unwrap_or(20)
+}
+
+fn is_selected(case: &str) -> bool {
+    let words = std::env::var("ROBHAZ_CASES").unwrap_or_default();
+    words.split(';').any(|word| case.contains(word))
+}
+
+fn row(law: &str, mu: f64, ground: &[&str], seeds: u64) -> Outcome<Row> {
     let mut row = Row::default();
-    for ramps in runs? {
+    for ramps in of_seeds(law, mu, ground, seeds)? {
         row.add(mu, &ramps);
     }
     Ok(row)
@@ -365,15 +379,12 @@ fn study_of_all() -> Outcome<()> {
         "| case | RMS error, % | mean, % | within two sigma, % | slipped | slid, mm | stated, mm | all slip, mm | longest, s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    let words = std::env::var("ROBHAZ_CASES").unwrap_or_default();
-    let seeds = std::env::var("ROBHAZ_SEEDS").unwrap_or_default();
-    let seeds = seeds.parse().unwrap_or(20);
     for (ground, overrides) in GROUNDS {
         for law in LAWS {
             for mu in MU {
                 let name = format!("{ground}, {law}, {mu}");
-                if words.split(';').any(|word| name.contains(word)) {
-                    row(law, mu, overrides, seeds)?.print(&name);
+                if is_selected(&name) {
+                    row(law, mu, overrides, seeds())?.print(&name);
                 }
             }
         }
