@@ -1,6 +1,7 @@
 //! A rover with both sides in 3-D: where it drove, the forces on six wheels, and plots of both
 //! sides.
 
+mod ground;
 mod plots;
 mod pose;
 mod still;
@@ -12,6 +13,7 @@ use crate::layout;
 use crate::recorder::Recording;
 use crate::series::Series;
 use crate::writer::Writer;
+use ground::Ground;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use pose::{Place, Pose};
 use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Transform3D};
@@ -21,8 +23,8 @@ use robhaz_model::WholeRover;
 use robhaz_run::{BothTruth, Frame, RunDescription, RunEnd, Ticker};
 use std::iter::repeat_n;
 
-/// Length of the arrow of the mean static wheel load, m.
-const MEAN_LOAD_LENGTH: f64 = 0.2;
+/// Length of the arrow of the mean static wheel load over the wheelbase.
+const MEAN_LOAD_LENGTH: f64 = 1.0 / 3.0;
 /// Half the width of a wheel over its radius. It is drawn, not known.
 const HALF_WIDTH: f64 = 0.35;
 /// Names of the sides in entities.
@@ -40,6 +42,9 @@ pub(crate) struct WholeRecorder {
     pose: Pose,
     /// Where the wheels stood in the last row.
     stood: Option<[Vec3; 6]>,
+    ground: Ground,
+    /// How far the rover has come since the last row, back negative, m.
+    way: f64,
     rows: Rows,
     plots: Series,
 }
@@ -87,6 +92,8 @@ impl WholeRecorder {
             due: Ticker::new(1.0 / frames),
             pose: Pose::default(),
             stood: None,
+            ground: Ground::default(),
+            way: 0.0,
             rows: Rows::default(),
             plots: plots::plots(run),
         })
@@ -109,7 +116,7 @@ impl WholeRecorder {
         }
         let links = place.links(&self.rover).into_iter();
         rows.links.extend(links.map(|link| points(&link)));
-        let scale = MEAN_LOAD_LENGTH / self.rover.mean_wheel_load();
+        let scale = mean_load_length(&self.rover) / self.rover.mean_wheel_load();
         let radius = self.rover.side.geometry.wheel_radius;
         // Foot and vector of N and T beside a wheel.
         let arrow = |i: usize, beside: f64, [n, t]: [f64; 2]| {
@@ -132,6 +139,8 @@ impl WholeRecorder {
             points(&[low - end, low + end, low, high, high - end, high + end])
         }));
         let now = contacts.map(|c| place.position + place.attitude * c.point);
+        let way = std::mem::take(&mut self.way);
+        self.ground.push(&self.rover, time, way, now);
         let before = self.stood.replace(now).unwrap_or(now);
         let pieces = before.into_iter().zip(now);
         rows.tracks.extend(pieces.map(|(a, b)| points(&[a, b])));
@@ -146,6 +155,7 @@ impl Recording for WholeRecorder {
             return;
         };
         let place = self.pose.reckon(&self.rover, &sides.readings, estimate);
+        self.way += place.as_ref().map_or(0.0, |place| place.way);
         if let Some(place) = place.filter(|_| self.due.is_due(frame.time)) {
             self.keep(frame.time, &place, estimate, sides.truth.as_ref());
             self.plots.push(frame);
@@ -185,6 +195,7 @@ impl Recording for WholeRecorder {
             let six = repeat_n(6, arrows.times.len());
             out.columns(entity, &arrows.times, columns.columns(six))?;
         }
+        self.ground.flush(out)?;
         self.plots.flush(out)
     }
 
@@ -203,6 +214,11 @@ impl Arrows {
             self.vectors.push(point(&vector));
         }
     }
+}
+
+/// Length of the arrow of the mean static wheel load, m.
+fn mean_load_length(rover: &WholeRover) -> f64 {
+    MEAN_LOAD_LENGTH * rover.side.geometry.wheelbase()
 }
 
 /// True N, in the wheel's plane where it is known, and T of a wheel, N.

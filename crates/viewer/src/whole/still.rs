@@ -1,6 +1,6 @@
 //! What does not move in the recording of a rover with both sides.
 
-use super::{HALF_WIDTH, MEAN_LOAD_LENGTH, point, quaternion, sign, wheel_entity};
+use super::{HALF_WIDTH, mean_load_length, point, quaternion, sign, wheel_entity};
 use crate::colours::{self, WHEELS, dark, light};
 use crate::draw::narrow;
 use crate::error::Result;
@@ -66,6 +66,14 @@ pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> 
     if has_truth {
         out.constant("world/rover/true_forces", &arrows.with_colors(colours()))?;
     }
+    // The scale of the arrows, above the body.
+    let scale = Arrows3D::from_vectors([[0.0, 0.0, narrow(mean_load_length(rover))]])
+        .with_origins([point(&Vec3::new(centre.x, 0.0, centre.y + 1.5 * half.y))])
+        .with_colors([colours::PIN])
+        .with_radii(thin(2.5))
+        .with_labels([format!("{:.0} N", rover.mean_wheel_load())])
+        .with_show_labels(true);
+    out.constant("world/follow/scale", &scale)?;
     let bars = LineStrips3D::update_fields()
         .with_colors(colours().map(light))
         .with_radii(thin(1.0));
@@ -88,7 +96,7 @@ pub(super) fn page(rover: &WholeRover, run: &RunDescription) -> String {
     format!(
         include_str!("about.md"),
         name = run.name,
-        newtons = rover.mean_wheel_load() / MEAN_LOAD_LENGTH,
+        newtons = rover.mean_wheel_load() / mean_load_length(rover),
         truth = truth,
     )
 }
