@@ -6,8 +6,8 @@
 //! over which a wheel has rolled is not drawn again: what dead reckoning has drifted since would
 //! tear it.
 
-use super::{HALF_WIDTH, point};
 use crate::colours::GROUND;
+use crate::draw::solid;
 use crate::error::Result;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::Mesh3D;
@@ -27,8 +27,12 @@ const BELOW: f64 = 0.1;
 type Row = [Vec3; 2];
 
 /// The ground that was found so far.
-#[derive(Default)]
 pub(super) struct Ground {
+    /// How far a row reaches beyond the contacts of each axle, and below them, m.
+    beside: [f64; 3],
+    below: f64,
+    /// Distance between rows, m.
+    step: f64,
     /// Number of meshes that are complete.
     complete: usize,
     /// Rows of the newest mesh.
@@ -45,17 +49,32 @@ pub(super) struct Ground {
 }
 
 impl Ground {
+    /// No ground yet, of a rover with wheels of a width (m). It reaches to the outer sides of the
+    /// wheels with the widest track.
+    pub(super) fn new(rover: &WholeRover, width: f64) -> Self {
+        let geometry = &rover.side.geometry;
+        let widest = rover.half_tracks.into_iter().fold(0.0, f64::max);
+        Self {
+            beside: rover.half_tracks.map(|half| widest - half + width),
+            below: BELOW * geometry.wheel_radius,
+            step: STEP * geometry.wheelbase(),
+            complete: 0,
+            rows: Vec::new(),
+            ends: None,
+            end: 0,
+            way: 0.0,
+            farthest: [0.0; 2],
+            meshes: Vec::new(),
+        }
+    }
+
     /// Adds the ground under the contacts (m) of a time (s), after a way (m, back negative).
-    pub(super) fn push(&mut self, rover: &WholeRover, time: f64, way: f64, contacts: [Vec3; 6]) {
+    pub(super) fn push(&mut self, time: f64, way: f64, contacts: [Vec3; 6]) {
         self.way += way;
-        let radius = rover.side.geometry.wheel_radius;
+        let (beside, down) = (self.beside, Vec3::z() * self.below);
         let row = |wheel: usize| -> Row {
             let (left, right) = (contacts[wheel], contacts[wheel + 3]);
-            // As far as the outer sides of the wheels with the widest track.
-            let widest = rover.half_tracks.into_iter().fold(0.0, f64::max);
-            let beside = widest - rover.half_tracks[wheel] + 2.0 * HALF_WIDTH * radius;
-            let out = (left - right).try_normalize(0.0).unwrap_or_else(Vec3::y) * beside;
-            let down = Vec3::z() * (BELOW * radius);
+            let out = (left - right).try_normalize(0.0).unwrap_or_else(Vec3::y) * beside[wheel];
             [left + out - down, right - out - down]
         };
         let now = [row(0), row(2)];
@@ -65,12 +84,11 @@ impl Ground {
             self.meshes.push((time, self.complete, self.rows.clone()));
             return;
         };
-        let step = STEP * rover.side.geometry.wheelbase();
         for (end, ahead) in [1.0, -1.0].into_iter().enumerate() {
             let moved = ends[end].iter().zip(&now[end]);
             let moved = moved.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
             let leads = ahead * self.way >= self.farthest[end];
-            if !leads || moved < step {
+            if !leads || moved < self.step {
                 continue;
             }
             self.farthest[end] = ahead * self.way;
@@ -96,7 +114,7 @@ impl Ground {
 
 /// The surface between rows, seen from above and below.
 fn surface(rows: &[Row]) -> Mesh3D {
-    let vertices = rows.iter().flatten().map(point);
+    let vertices = rows.iter().flatten().map(solid);
     // A row has 2 vertices, of at most ROWS.
     let quads = (1..rows.len() as u32).flat_map(|k| {
         let [a, b, c, d] = [2 * k - 2, 2 * k - 1, 2 * k, 2 * k + 1];
@@ -110,7 +128,7 @@ fn surface(rows: &[Row]) -> Mesh3D {
         let normal = normal.unwrap_or_else(Vec3::z);
         normal * if normal.z < 0.0 { -1.0 } else { 1.0 }
     });
-    let normals: Vec<_> = normals.flat_map(|n| [point(&n), point(&n)]).collect();
+    let normals: Vec<_> = normals.flat_map(|n| [solid(&n), solid(&n)]).collect();
     Mesh3D::new(vertices)
         .with_triangle_indices(quads)
         .with_vertex_normals(normals)
@@ -137,7 +155,7 @@ mod tests {
     #[test]
     fn ground_is_drawn_once() {
         let rover = rover();
-        let mut ground = Ground::default();
+        let mut ground = Ground::new(&rover, 0.05);
         let axles = rover.side.geometry.axles;
         let mut x = 0.0;
         for k in 0..=250 {
@@ -150,7 +168,7 @@ mod tests {
                 let y = rover.half_tracks[i % 3] * if i < 3 { 1.0 } else { -1.0 };
                 Vec3::new(axles[i % 3].x + to, y, 0.0)
             });
-            ground.push(&rover, f64::from(k), to - x, contacts);
+            ground.push(f64::from(k), to - x, contacts);
             x = to;
         }
         let mut newest = std::collections::BTreeMap::new();

@@ -6,7 +6,7 @@ mod plots;
 mod pose;
 mod still;
 
-use crate::draw::narrow;
+use crate::draw::{narrow, solid};
 use crate::error::Result;
 use crate::explain::rates;
 use crate::layout;
@@ -86,13 +86,14 @@ impl WholeRecorder {
         still::declare(&mut out, &rover, run.has_truth)?;
         out.about(still::page(&rover, run))?;
         let [_, frames] = rates(thinning);
+        let width = 2.0 * HALF_WIDTH * rover.side.geometry.wheel_radius;
         Ok(Self {
             out,
+            ground: Ground::new(&rover, width),
             rover,
             due: Ticker::new(1.0 / frames),
             pose: Pose::default(),
             stood: None,
-            ground: Ground::default(),
             way: 0.0,
             rows: Rows::default(),
             plots: plots::plots(run),
@@ -140,7 +141,7 @@ impl WholeRecorder {
         }));
         let now = contacts.map(|c| place.position + place.attitude * c.point);
         let way = std::mem::take(&mut self.way);
-        self.ground.push(&self.rover, time, way, now);
+        self.ground.push(time, way, now);
         let before = self.stood.replace(now).unwrap_or(now);
         let pieces = before.into_iter().zip(now);
         rows.tracks.extend(pieces.map(|(a, b)| points(&[a, b])));
@@ -169,13 +170,13 @@ impl Recording for WholeRecorder {
         let wheels = wheels.map(|(i, poses)| (wheel_entity(i), poses));
         for (entity, poses) in wheels.chain([("world/rover".to_owned(), &rows.rover)]) {
             let columns = Transform3D::update_fields()
-                .with_many_translation(poses.iter().map(|(at, _)| point(at)))
+                .with_many_translation(poses.iter().map(|(at, _)| solid(at)))
                 .with_many_quaternion(poses.iter().map(|(_, turn)| *turn));
             out.columns(entity, times, columns.columns_of_unit_batches())?;
         }
         // A frame that moves with the rover but does not turn: the view's.
         let follow = Transform3D::update_fields()
-            .with_many_translation(rows.rover.iter().map(|(at, _)| point(at)));
+            .with_many_translation(rows.rover.iter().map(|(at, _)| solid(at)));
         out.columns("world/follow", times, follow.columns_of_unit_batches())?;
         for (entity, strips, count) in [
             ("world/rover/links", rows.links, 4),
@@ -210,8 +211,8 @@ impl Arrows {
     fn push(&mut self, time: f64, arrow: impl Fn(usize) -> (Vec3, Vec3)) {
         self.times.push(time);
         for (origin, vector) in (0..6).map(arrow) {
-            self.origins.push(point(&origin));
-            self.vectors.push(point(&vector));
+            self.origins.push(solid(&origin));
+            self.vectors.push(solid(&vector));
         }
     }
 }
@@ -246,12 +247,8 @@ fn quaternion(turn: &Matrix3<f64>) -> Quaternion {
     Quaternion::from_xyzw([q.i, q.j, q.k, q.w].map(narrow))
 }
 
-fn point(v: &Vec3) -> [f32; 3] {
-    [narrow(v.x), narrow(v.y), narrow(v.z)]
-}
-
 fn points(strip: &[Vec3]) -> Vec<[f32; 3]> {
-    strip.iter().map(point).collect()
+    strip.iter().map(solid).collect()
 }
 
 fn wheel_entity(i: usize) -> String {

@@ -1,8 +1,8 @@
 //! What does not move in the recording of a rover with both sides.
 
-use super::{HALF_WIDTH, mean_load_length, point, quaternion, sign, wheel_entity};
+use super::{HALF_WIDTH, mean_load_length, quaternion, sign, wheel_entity};
 use crate::colours::{self, WHEELS, dark, light};
-use crate::draw::narrow;
+use crate::draw::{narrow, solid};
 use crate::error::Result;
 use crate::writer::Writer;
 use nalgebra::UnitQuaternion;
@@ -24,8 +24,8 @@ pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> 
     let centre: Vec2 = outline.body_lower + half - rover.pivot;
     let narrowest = rover.half_tracks.into_iter().fold(f64::INFINITY, f64::min);
     let body = Boxes3D::update_fields()
-        .with_centers([point(&Vec3::new(centre.x, 0.0, centre.y))])
-        .with_half_sizes([point(&Vec3::new(half.x, 0.7 * narrowest, half.y))])
+        .with_centers([solid(&Vec3::new(centre.x, 0.0, centre.y))])
+        .with_half_sizes([solid(&Vec3::new(half.x, 0.7 * narrowest, half.y))])
         .with_colors([colours::BODY])
         .with_fill_mode(FillMode::Solid);
     out.constant("world/rover/body", &body)?;
@@ -51,7 +51,7 @@ pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> 
             let angle = std::f64::consts::TAU * k as f64 / SPOKES as f64;
             let y = sign(i) * 1.05 * half_width;
             let end = Vec3::new(radius * angle.cos(), y, radius * angle.sin());
-            [point(&Vec3::new(0.0, y, 0.0)), point(&end)]
+            [solid(&Vec3::new(0.0, y, 0.0)), solid(&end)]
         });
         let spokes = LineStrips3D::update_fields()
             .with_strips(spokes)
@@ -68,7 +68,7 @@ pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> 
     }
     // The scale of the arrows, above the body.
     let scale = Arrows3D::from_vectors([[0.0, 0.0, narrow(mean_load_length(rover))]])
-        .with_origins([point(&Vec3::new(centre.x, 0.0, centre.y + 1.5 * half.y))])
+        .with_origins([solid(&Vec3::new(centre.x, 0.0, centre.y + 1.5 * half.y))])
         .with_colors([colours::PIN])
         .with_radii(thin(2.5))
         .with_labels([format!("{:.0} N", rover.mean_wheel_load())])
