@@ -126,7 +126,11 @@ fn surface(rows: &[Row]) -> Mesh3D {
         let across = rows[k][0] - rows[k][1];
         let normal = along.cross(&across).try_normalize(0.0);
         let normal = normal.unwrap_or_else(Vec3::z);
-        normal * if normal.z < 0.0 { -1.0 } else { 1.0 }
+        // Where a rover turns on the spot the rows cross: no rover drives on ground steeper than 60 deg.
+        match normal.z {
+            z if z.abs() < 0.5 => Vec3::z(),
+            z => normal * z.signum(),
+        }
     });
     let normals: Vec<_> = normals.flat_map(|n| [solid(&n), solid(&n)]).collect();
     Mesh3D::new(vertices)
