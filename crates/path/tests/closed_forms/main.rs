@@ -462,3 +462,13 @@ fn limiting_cases_are_in_words() {
     let text = judged(&ramp(15.0), &[], with_mu(mu)).text();
     assert!(text.contains("by less than 0.001"), "{text}");
 }
+
+/// A scene that drives back is no path forward: no drive judges it.
+#[test]
+fn a_path_back_is_refused() {
+    for drive in [DriveKind::Ideal, DriveKind::Shared, DriveKind::Speed] {
+        let found = setup(&kerb(0.05), &["drive.speed=-0.2"], driven(drive, 0.8));
+        let message = found.err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(message.contains("judged forward"), "{drive:?}: {message}");
+    }
+}

@@ -93,10 +93,54 @@ pub(super) fn page(rover: &WholeRover, run: &RunDescription) -> String {
         }
         false => "",
     };
+    // What is known before any estimate; the command prints what the estimates add.
+    let contradiction = run.both.as_ref().and_then(|b| b.contradiction.as_ref());
+    let contradiction = contradiction.map_or(String::new(), |why| {
+        format!("**Readings contradict each other**: {why}\n\n")
+    });
     format!(
         include_str!("about.md"),
         name = run.name,
+        contradiction = contradiction,
         newtons = rover.mean_wheel_load() / mean_load_length(rover),
         truth = truth,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_run::BothDescription;
+    use robhaz_scene::{LogChoice, RecordChoice, RobotChoice};
+    use std::path::Path;
+
+    /// Readings that contradict each other are the first that the page says.
+    #[test]
+    fn the_page_says_that_readings_contradict_each_other() {
+        let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
+        let robot = RobotChoice::load(&robots.join("open-source-rover.toml"));
+        let choice = LogChoice {
+            robot: robot.unwrap_or_else(|e| panic!("{e}")),
+            ..LogChoice::default()
+        };
+        let rover = choice
+            .robot
+            .whole_rover()
+            .unwrap_or_else(|| panic!("a rover"));
+        let mut run = RunDescription::of_log("both", 1, RecordChoice::default(), &choice);
+        let mut said = |contradiction: Option<String>| {
+            run.both = Some(BothDescription {
+                label: "kalman".to_owned(),
+                coupling: rover.coupling,
+                contradiction,
+                unconfirmed: Vec::new(),
+            });
+            page(&rover, &run)
+        };
+        assert!(!said(None).contains("contradict"));
+        let page = said(Some("signs of the torques".to_owned()));
+        let start =
+            "# both\n\n**Readings contradict each other**: signs of the torques\n\nSix wheels";
+        assert!(page.starts_with(start), "{page}");
+    }
 }
