@@ -166,6 +166,9 @@ def sheet(count, columns, height, **options):
     axes = figure.subplots(rows, min(columns, count), squeeze=False, **options).flatten()
     for axis in axes[count:]:
         axis.remove()
+    # The lowest chart of each column; Matplotlib numbers those of the last row alone.
+    for axis in axes[max(count - columns, 0):count]:
+        axis.tick_params("x", labelbottom=True)
     return figure, axes[:count]
 
 

@@ -103,6 +103,12 @@ def test_bands_have_the_quantiles_of_the_runs(studies):
     assert "18 runs, seed 0 to 2; none failed" in caption(figure)
 
 
+def test_the_lowest_chart_of_each_column_has_numbers():
+    _, axes = plot_study.sheet(5, 2, 2, sharex=True, sharey=True)
+    shown = [axis.xaxis.get_tick_params()["labelbottom"] for axis in axes]
+    assert shown == [False, False, False, True, True]
+
+
 def test_drawn_values_are_in_groups_and_failures_are_counted(studies):
     """Each run is in one group; the axis of a logarithm that was drawn is logarithmic."""
     runs = dataset(studies / "drawn")

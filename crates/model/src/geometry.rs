@@ -296,6 +296,11 @@ impl Geometry {
         (self.axles[0].x - self.axles[2].x).abs()
     }
 
+    /// Wheelbase over that of geometry A, -: lengths in drawings are in proportion to it.
+    pub fn size(&self) -> f64 {
+        self.wheelbase() / Self::a().wheelbase()
+    }
+
     /// Makes the geometry that of a bogie, with the pin Q that it has: pins P, R and S, and the
     /// centre of mass of link 3, which is massless, at that of the body.
     pub fn make_bogie(&mut self, body: Carrier) {

@@ -234,6 +234,8 @@ fn normal_distribution(z: f64) -> f64 {
 
 /// Number of stretches of the path in the table.
 const ROWS: usize = 10;
+/// Needed friction up to which none is needed, -: a hundred times the accuracy of the linear programs.
+const NO_FRICTION: f64 = 1e-6;
 /// Number of friction stretches that are listed.
 const SHOWN: usize = 5;
 
@@ -297,9 +299,12 @@ impl PathReport {
     }
 
     /// Whether a wheel needs all of the available friction somewhere, or more: a driven robot can
-    /// pass all the same.
+    /// pass all the same. Where no friction is needed none slides, also on ground without friction.
     fn has_sliding_wheels(&self) -> bool {
-        let slides = |place: &Place| place.margin.is_some_and(|margin| margin <= 0.0);
+        let slides = |place: &Place| {
+            place.margin.is_some_and(|margin| margin <= 0.0)
+                && place.needed_mu.is_none_or(|needed| needed > NO_FRICTION)
+        };
         self.places.iter().any(slides)
     }
 
@@ -339,6 +344,7 @@ impl PathReport {
 fn words(failure: &Failure) -> String {
     let reason = failure.reason.words();
     match (failure.reason, failure.by) {
+        (Reason::Friction, Some(by)) if by < 5e-4 => format!("{reason} by less than 0.001"),
         (Reason::Friction, Some(by)) => format!("{reason} by {by:.3}"),
         (Reason::Torque, Some(by)) => format!("{reason} by {by:.2} N m"),
         (Reason::Tipping, Some(by)) => format!("{reason}; the least loaded wheel lacks {by:.1} N"),

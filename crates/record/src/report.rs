@@ -226,7 +226,9 @@ fn trouble(progress: &Progress) -> Option<String> {
     let wheels = format!(
         "the wheels spun for {front:.1}, {middle:.1} and {rear:.1} s (front, middle, rear)"
     );
-    let (came, asked) = (progress.distance, progress.asked);
+    // Whole centimetres; adding 0 turns -0 into 0.
+    let shown = |way: f64| (way * 100.0).round() / 100.0 + 0.0;
+    let (came, asked) = (shown(progress.distance), shown(progress.asked));
     let came = format!("came {came:.2} m of the {asked:.2} m that the drive asked for");
     match progress.stuck_since {
         Some(s) => Some(format!(

@@ -6,6 +6,7 @@ use crate::writer::Writer;
 use re_sdk_types::archetypes::{Arrows2D, LineStrips2D};
 use re_sdk_types::components::{Color, Radius};
 use re_sdk_types::datatypes::Quaternion;
+use robhaz_estimator::whole::Vec3;
 use robhaz_model::Vec2;
 use robhaz_sim::WheelTruth;
 
@@ -23,6 +24,11 @@ pub(crate) fn flat(v: Vec2) -> [f32; 2] {
 /// The position of a pose, m, with z = 0.
 pub(crate) fn deep(v: Vec2) -> [f32; 3] {
     [narrow(v.x), narrow(v.y), 0.0]
+}
+
+/// A point or vector of a 3-D shape, m.
+pub(crate) fn solid(v: &Vec3) -> [f32; 3] {
+    [narrow(v.x), narrow(v.y), narrow(v.z)]
 }
 
 /// Single precision. The error is at most 0.5 um at 10 m.

@@ -10,8 +10,8 @@ use robhaz_model::Vec2;
 use robhaz_run::{Frame, RunDescription};
 use robhaz_score::ground_origin;
 
-/// Distance between points beyond which the line is not drawn, m.
-const GAP: f64 = 0.035;
+/// Distance between points beyond which the line is not drawn, over the wheel radius.
+const GAP: f64 = 0.35;
 /// Points that the wheels have left: all rows up to the cursor are shown.
 pub(crate) const LEFT: &str = "world/estimated_terrain/left";
 /// Points that a wheel can still correct: only the newest row is shown.
@@ -85,10 +85,10 @@ impl Terrain {
         let memory = frame.ground.in_memory(k).iter().filter(|p| drawn(p));
         let memory: Vec<GroundPoint> = last.into_iter().chain(memory.copied()).collect();
         if self.points.len() > 1 {
-            self.left.push(frame.time, &self.points, origin);
+            self.left.push(frame.time, &self.points, origin, radius);
         }
         if memory.len() > 1 || self.points.len() > 1 {
-            self.memory.push(frame.time, &memory, origin);
+            self.memory.push(frame.time, &memory, origin, radius);
         }
         self.points = last.into_iter().collect();
     }
@@ -105,8 +105,9 @@ impl Terrain {
 }
 
 impl Lines {
-    fn push(&mut self, time: f64, points: &[GroundPoint], origin: Vec2) {
-        let pieces = points.chunk_by(|a, b| (a.x - b.x).abs() < GAP);
+    /// Adds the points that wheels of a radius (m) have found.
+    fn push(&mut self, time: f64, points: &[GroundPoint], origin: Vec2, radius: f64) {
+        let pieces = points.chunk_by(|a, b| (a.x - b.x).abs() < GAP * radius);
         let pieces: Vec<_> = pieces.filter(|piece| piece.len() > 1).collect();
         let line = |piece: &[GroundPoint], sigmas: f64| -> Vec<Vec2> {
             let at = |p: &GroundPoint| origin + Vec2::new(p.x, p.height + sigmas * p.sigma_height);
@@ -145,7 +146,7 @@ mod tests {
         };
         let points = [0.0, 0.01, 0.06, 0.07, 0.2].map(point);
         let mut lines = Lines::default();
-        lines.push(0.0, &points, Vec2::new(1.0, 2.0));
+        lines.push(0.0, &points, Vec2::new(1.0, 2.0), 0.1);
         let (middle, bounds) = (lines.middle.strips, lines.bounds.strips);
         assert_eq!((middle.len(), bounds.len()), (2, 4));
         assert_eq!(middle[0], [[1.0, 2.1], [1.01, 2.1]]);

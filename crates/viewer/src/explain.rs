@@ -56,7 +56,7 @@ pub(crate) fn page(run: &RunDescription, chosen: Option<usize>, thinning: f64) -
         source = source,
         duration = run.record.duration,
         rate = run.record.rate,
-        newtons = newtons_per_metre(robot.robot.mean_wheel_load()),
+        newtons = newtons_per_metre(&robot.robot),
         arrows = arrows,
         series = series,
         frames = frames,

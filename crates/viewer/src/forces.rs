@@ -2,7 +2,7 @@
 //! standard deviations.
 
 use crate::colours::{NEUTRAL, WHEELS, by_index};
-use crate::draw::{Arrows, Strips, contact_point, lines, narrow, tangent_and_normal};
+use crate::draw::{Arrows, Strips, contact_point, lines, narrow, rounded, tangent_and_normal};
 use crate::error::Result;
 use crate::writer::Writer;
 use re_sdk_types::archetypes::Arrows2D;
@@ -11,24 +11,35 @@ use robhaz_model::{Robot, Vec2, perp};
 use robhaz_run::Frame;
 use robhaz_sim::Truth;
 
+// Lengths of robot A; those of others are in proportion to their size.
 /// Length of the arrow of the mean static wheel load, m.
 const MEAN_LOAD_LENGTH: f64 = 0.15;
 /// Distance between true and estimated arrows, m.
 const BESIDE: f64 = 0.03;
 /// Half the length of the cross lines at the ends of a bar, m.
 const BAR_END: f64 = 0.009;
+/// Distance between the rows of the legend, m.
+const ROW: f64 = 0.06;
 
-/// Force per length of arrow, N/m, for a mean static wheel load (N): its arrow is 0.15 m long.
-pub(crate) fn newtons_per_metre(mean_load: f64) -> f64 {
-    mean_load / MEAN_LOAD_LENGTH
+/// Length of the arrow of the mean static wheel load of a robot, m: whole millimetres.
+fn mean_load_length(robot: &Robot) -> f64 {
+    rounded(MEAN_LOAD_LENGTH * robot.geometry.size(), 1e3)
+}
+
+/// Force per length of arrow of a robot, N/m.
+pub(crate) fn newtons_per_metre(robot: &Robot) -> f64 {
+    robot.mean_wheel_load() / mean_load_length(robot)
 }
 
 /// The arrows of a run.
 #[derive(Default)]
 pub(crate) struct Forces {
-    /// Mean static wheel load, N.
+    /// Mean static wheel load, N, and the length of its arrow, m.
     mean_load: f64,
+    length: f64,
     radius: f64,
+    /// Beside that of robot A.
+    size: f64,
     /// Index and name of the estimator that is drawn.
     estimator: Option<(usize, String)>,
     /// Not logged yet: N and T.
@@ -45,6 +56,8 @@ impl Forces {
     pub(crate) fn new(robot: &Robot, estimator: Option<(usize, String)>) -> Self {
         Self {
             mean_load: robot.mean_wheel_load(),
+            length: mean_load_length(robot),
+            size: robot.geometry.size(),
             radius: robot.geometry.wheel_radius,
             estimator,
             ..Self::default()
@@ -54,7 +67,7 @@ impl Forces {
     /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame
     /// that moves with the body (m, y down).
     pub(crate) fn declare(&self, out: &mut Writer, corner: [f64; 2]) -> Result {
-        let load = format!("{:.0} N, {MEAN_LOAD_LENGTH} m", self.mean_load);
+        let load = format!("{:.0} N, {} m", self.mean_load, self.length);
         let mut rows = vec![("true", format!("true, {load}"), NEUTRAL, 2.5)];
         if let Some((index, name)) = &self.estimator {
             let (label, colour) = (format!("estimated by {name}, {load}"), by_index(*index));
@@ -73,11 +86,11 @@ impl Forces {
             let sample = style
                 .with_colors([colour])
                 .with_origins([[narrow(x), narrow(y)]])
-                .with_vectors([[narrow(MEAN_LOAD_LENGTH), 0.0]])
+                .with_vectors([[narrow(self.length), 0.0]])
                 .with_labels([label])
                 .with_show_labels(true);
             out.constant(format!("world/follow/legend/{source}"), &sample)?;
-            y += 0.06;
+            y += ROW * self.size;
         }
         Ok(())
     }
@@ -86,7 +99,8 @@ impl Forces {
     /// that it has, with bars of two standard deviations.
     pub(crate) fn push(&mut self, frame: &Frame<'_>, truth: &Truth) {
         // Negative for a negative force.
-        let length = |force: f64| force / newtons_per_metre(self.mean_load);
+        let length = |force: f64| force * self.length / self.mean_load;
+        let (beside, end) = (BESIDE * self.size, BAR_END * self.size);
         let [mut true_n, mut true_t, mut estimated_n, mut estimated_t] = [const { Vec::new() }; 4];
         let (mut bars_n, mut bars_t) = (Vec::new(), Vec::new());
         let estimator = self.estimator.as_ref();
@@ -108,13 +122,13 @@ impl Forces {
             let (t, n) = tangent_and_normal(estimate.contact_angle[i]);
             let normal = n * length(estimate.normal_force[i]);
             let traction = t * length(estimate.traction[i]);
-            let (head, foot) = (point - t * BESIDE, point - n * BESIDE);
+            let (head, foot) = (point - t * beside, point - n * beside);
             estimated_n.push((colour, head - normal, normal));
             estimated_t.push((colour, foot, traction));
             let sigma = estimate.sigma_normal(i);
-            bars_n.extend(sigma.map(|sigma| bar(head - normal, n, length(2.0 * sigma))));
+            bars_n.extend(sigma.map(|sigma| bar(head - normal, n, length(2.0 * sigma), end)));
             let sigma = estimate.sigma_traction(i);
-            bars_t.extend(sigma.map(|sigma| bar(foot + traction, t, length(2.0 * sigma))));
+            bars_t.extend(sigma.map(|sigma| bar(foot + traction, t, length(2.0 * sigma), end)));
         }
         self.truth[0].push(true_n);
         self.truth[1].push(true_t);
@@ -144,9 +158,10 @@ impl Forces {
     }
 }
 
-/// A bar around a centre (m), along a unit vector, with half its length (m).
-fn bar(centre: Vec2, along: Vec2, half: f64) -> [Vec2; 6] {
-    let across = perp(along) * BAR_END;
+/// A bar around a centre (m), along a unit vector, with half its length and half that of the lines
+/// across its ends (m).
+fn bar(centre: Vec2, along: Vec2, half: f64, end: f64) -> [Vec2; 6] {
+    let across = perp(along) * end;
     let (near, far) = (centre - along * half, centre + along * half);
     [
         near - across,
@@ -165,14 +180,26 @@ mod tests {
     /// Closed form: the arrow of the mean load is 0.15 m long.
     #[test]
     fn the_mean_load_is_fifteen_centimetres_long() {
-        let load = Robot::default_a().mean_wheel_load();
-        assert!((load / newtons_per_metre(load) - 0.15).abs() < 1e-12);
+        let robot = Robot::default_a();
+        let load = robot.mean_wheel_load();
+        assert!((load / newtons_per_metre(&robot) - 0.15).abs() < 1e-12);
+    }
+
+    /// Closed form: a robot that is four times as large has arrows of four times the length.
+    #[test]
+    fn arrows_are_in_proportion_to_the_robot() {
+        let mut robot = Robot::default_a();
+        for axle in &mut robot.geometry.axles {
+            *axle *= 4.0;
+        }
+        let load = robot.mean_wheel_load();
+        assert!((load / newtons_per_metre(&robot) - 0.6).abs() < 1e-12);
     }
 
     /// Closed form: the ends of a bar are two standard deviations from its centre, along the force.
     #[test]
     fn a_bar_spans_two_sigma_to_both_sides() {
-        let [_, _, near, far, _, _] = bar(Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0), 0.25);
+        let [_, _, near, far, _, _] = bar(Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0), 0.25, 0.01);
         assert_eq!((near, far), (Vec2::new(1.0, -0.25), Vec2::new(1.0, 0.25)));
     }
 }

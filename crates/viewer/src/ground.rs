@@ -18,6 +18,7 @@ use robhaz_terrain::Terrain;
 
 /// Distance between points of the ground, m.
 const SPACING: f64 = 0.005;
+// Lengths of robot A; those of others are in proportion to their size.
 /// Length of drawn ground beyond the axles, m.
 const MARGIN: f64 = 0.4;
 /// Distance of the axis below the lowest ground, m. The arrows of N lie between them.
@@ -27,7 +28,9 @@ const TICK: f64 = 0.03;
 /// Least number of ticks of an axis.
 const LEAST_TICKS: f64 = 4.0;
 /// Height that the axis needs below the lowest ground, m.
-pub(crate) const ROOM: f64 = 0.55;
+const ROOM: f64 = 0.55;
+/// Height of the robot above the highest ground, m.
+const ABOVE: f64 = 0.45;
 
 /// The ground of a run.
 pub(crate) struct Ground {
@@ -35,6 +38,8 @@ pub(crate) struct Ground {
     stretches: Vec<Stretch>,
     /// Static coefficient outside of friction stretches, -.
     mu_s: f64,
+    /// Of the robot, beside that of robot A.
+    size: f64,
     /// Range that is drawn so far, m.
     drawn: (f64, f64),
     /// Range that must be drawn for the records so far, m.
@@ -44,15 +49,16 @@ pub(crate) struct Ground {
 impl Ground {
     /// The ground over which the robot of a simulation drives at its set speed.
     pub(crate) fn new(run: &RunDescription, world: &Scene) -> Self {
-        let axles = &run.robot.robot.geometry.axles;
-        let (rear, front) = (axles[2].x - MARGIN, axles[0].x + MARGIN);
-        let radius = run.robot.robot.geometry.wheel_radius;
+        let geometry = &run.robot.robot.geometry;
+        let (axles, radius, size) = (&geometry.axles, geometry.wheel_radius, geometry.size());
+        let (rear, front) = (axles[2].x - MARGIN * size, axles[0].x + MARGIN * size);
         let [back, ahead] = world.drive.planned_travel(run.record.duration, radius);
         let drawn = (rear + back, front + ahead);
         Self {
             terrain: world.terrain.build(&run.robot.robot),
             stretches: world.terrain.stretches.clone(),
             mu_s: world.friction.mu_s,
+            size,
             drawn,
             covered: drawn,
         }
@@ -66,12 +72,23 @@ impl Ground {
         [from, to, low, high]
     }
 
+    /// What a view of all of it shows, left to right and top to bottom, m, y down: the robot is above
+    /// the ground, the arrows of N and the axis are below it.
+    pub(crate) fn bounds(&self) -> [[f64; 2]; 2] {
+        let [from, to, low, high] = self.box_of();
+        [
+            [from, to],
+            [-(high + ABOVE * self.size), ROOM * self.size - low],
+        ]
+    }
+
     /// Extends the range that must be drawn to the wheels of a record.
     pub(crate) fn cover(&mut self, truth: &Truth) {
+        let margin = MARGIN * self.size;
         let (from, to) = &mut self.covered;
         for wheel in &truth.wheels {
-            *from = from.min(wheel.position.x - MARGIN);
-            *to = to.max(wheel.position.x + MARGIN);
+            *from = from.min(wheel.position.x - margin);
+            *to = to.max(wheel.position.x + margin);
         }
     }
 
@@ -121,13 +138,14 @@ impl Ground {
     }
 }
 
-/// Logs the axis below a piece of ground (start, end, lowest point; m).
-pub(crate) fn log_axis(out: &mut Writer, [from, to, low]: [f64; 3]) -> Result {
+/// Logs the axis below a piece of ground (start, end, lowest point; m) of a robot of a size beside
+/// that of robot A.
+pub(crate) fn log_axis(out: &mut Writer, [from, to, low]: [f64; 3], size: f64) -> Result {
     let ticks = ticks(from, to);
     let (Some(first), Some(last)) = (ticks.first(), ticks.last()) else {
         return Ok(());
     };
-    let at = |x: f64, above: f64| flat(Vec2::new(x, low - BELOW + above));
+    let at = |x: f64, above: f64| flat(Vec2::new(x, low + (above - BELOW) * size));
     let marks = ticks.iter().map(|x| [at(*x, 0.0), at(*x, TICK)]);
     let axis = marks.chain([[at(*first, 0.0), at(*last, 0.0)]]);
     let axis = lines(NEUTRAL, 0.75).with_strips(axis);

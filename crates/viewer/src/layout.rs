@@ -7,8 +7,8 @@ use crate::draw::narrow;
 use crate::error::Result;
 use crate::estimated_terrain::{LEFT, bounds_of};
 use crate::explain::{KEY_HEIGHT, key_width};
-use crate::ground::{Ground, ROOM};
-use crate::scene_view::FOLLOWED;
+use crate::ground::Ground;
+use crate::scene_view::followed;
 use crate::series::WHEEL_NAMES;
 use crate::writer::{TIMELINE, Writer};
 use re_log_types::EntityPath;
@@ -26,7 +26,7 @@ use re_sdk_types::components::Range1D;
 use re_sdk_types::datatypes::{
     Bool, Range1D as Range, Range2D, TimeRange, TimeRangeBoundary, VisibleTimeRange,
 };
-use robhaz_model::WholeRover;
+use robhaz_model::{Geometry, WholeRover};
 use robhaz_run::{EstimatorDescription, RunDescription};
 use robhaz_scene::Scene;
 use uuid::Uuid;
@@ -40,7 +40,9 @@ type Logged = Result<Part>;
 /// newest record; that of a finished run plays from the start, repeatedly.
 pub(crate) fn log(out: &mut Writer, run: &RunDescription) -> Result {
     let mut layout = Layout { out, parts: 0 };
-    let sides = vec![layout.left(run)?, layout.right(run)?];
+    // Readings without a world have events and flags alone at the left.
+    let left = if run.world.is_some() { 1.0 } else { 0.45 };
+    let sides = vec![(layout.left(run)?, left), (layout.right(run)?, 1.0)];
     layout.finish(sides)
 }
 
@@ -75,7 +77,7 @@ pub(crate) fn log_whole(out: &mut Writer, rover: &WholeRover) -> Result {
         ])?,
     ];
     let right = layout.equal(ContainerKind::Vertical, "Time series", rows)?;
-    layout.finish(vec![left, right])
+    layout.finish(vec![(left, 1.0), (right, 1.0)])
 }
 
 /// Logs a layout part by part, those of a container before it.
@@ -149,8 +151,8 @@ impl Layout<'_> {
     }
 
     /// Puts the sides of the window together, and makes the layout the active one.
-    fn finish(mut self, sides: Vec<Part>) -> Result {
-        let (root, _) = self.equal(ContainerKind::Horizontal, "robhaz", sides)?;
+    fn finish(mut self, sides: Vec<(Part, f32)>) -> Result {
+        let (root, _) = self.container(ContainerKind::Horizontal, "robhaz", sides)?;
         let viewport = ViewportBlueprint::new()
             .with_root_container(root)
             .with_auto_layout(false)
@@ -239,7 +241,7 @@ impl Layout<'_> {
         let mut rows = Vec::new();
         if let Some(world) = &run.world {
             rows.push((self.overview(&Ground::new(run, world))?, 1.0));
-            rows.push((self.following()?, 2.5));
+            rows.push((self.following(&run.robot.robot.geometry)?, 2.5));
         }
         let mut tabs = vec![self.text_log("Events", "/events")?];
         let states = |e: &EstimatorDescription| e.settings.states_covariance();
@@ -250,14 +252,17 @@ impl Layout<'_> {
         let tabs = self.equal(ContainerKind::Tabs, "Events, wheels, about", tabs)?;
         let trust = self.lanes("Flags of the estimators", "/trust")?;
         let below = vec![(tabs, 1.4), (trust, 1.0)];
-        let below = self.container(ContainerKind::Horizontal, "What happens", below)?;
+        let kind = match run.world {
+            Some(_) => ContainerKind::Horizontal,
+            None => ContainerKind::Vertical,
+        };
+        let below = self.container(kind, "What happens", below)?;
         rows.push((below, 1.0));
         self.container(ContainerKind::Vertical, "Scene", rows)
     }
 
     /// The whole ground of a simulation, with the robot and the paths of its pins.
     fn overview(&mut self, ground: &Ground) -> Logged {
-        let [from, to, low, high] = ground.box_of();
         let contents = [
             "+ /world/**",
             "- /world/follow/**",
@@ -266,16 +271,13 @@ impl Layout<'_> {
             "- /world/robot/link2/stops",
             "- /world/forces/estimated/**",
         ];
-        // The view has y down. The robot is above the ground; the arrows of N and the axis are below
-        // it.
-        let bounds = [[from, to], [-(high + 0.45), ROOM - low]];
-        let view = self.spatial("Whole run [m]", "/", &contents, bounds)?;
+        let view = self.spatial("Whole run [m]", "/", &contents, ground.bounds())?;
         self.show_paths(view)
     }
 
     /// The robot in a view that moves with its body.
-    fn following(&mut self) -> Logged {
-        let [half_width, above, below] = FOLLOWED;
+    fn following(&mut self, geometry: &Geometry) -> Logged {
+        let [half_width, above, below] = followed(geometry);
         // The axis of the whole ground is left out.
         let contents = ["+ /world/**", "- /world/scale/**"];
         let name = "Along with the body [m]: N and T at the contacts";

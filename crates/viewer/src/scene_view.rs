@@ -18,14 +18,21 @@ use robhaz_sim::Truth;
 
 /// Number of spokes of a wheel. With few spokes its rotation is visible.
 const SPOKES: u32 = 5;
-/// Distances from Q at which the mark of an end stop starts and ends, m.
+/// Distances from Q at which the mark of an end stop of robot A starts and ends, m.
 const STOP_TICK: [f64; 2] = [0.03, 0.08];
 /// Number of straight pieces of the arc between the end stops.
 const STOP_PIECES: u32 = 24;
 /// Number of frames for one piece of a trail: 20 pieces per second at 60 Hz.
 const FRAMES_PER_TRAIL: u32 = 3;
-/// Visible range around the body in the view that moves with it, m: half the width, above, below.
-pub(crate) const FOLLOWED: [f64; 3] = [0.62, 0.32, 0.58];
+/// Visible range around the body of robot A in the view that moves with it, m: half the width,
+/// above, below.
+const FOLLOWED: [f64; 3] = [0.62, 0.32, 0.58];
+
+/// Visible range around the body of a robot in the view that moves with it, m: half the width,
+/// above, below.
+pub(crate) fn followed(geometry: &Geometry) -> [f64; 3] {
+    FOLLOWED.map(|length| length * geometry.size())
+}
 
 /// The animation of a run, with what is not logged yet.
 pub(crate) struct SceneView {
@@ -81,9 +88,11 @@ impl SceneView {
         out.constant("world/trails", &lines(colours::TRAIL, 0.75))?;
         out.constant("world/robot/contacts", &points)?;
         let [from, to, low, _] = self.ground.box_of();
-        log_axis(out, [from, to, low])?;
-        let [half_width, above, _] = FOLLOWED;
-        self.forces.declare(out, [0.12 - half_width, 0.05 - above])
+        let size = self.robot.geometry.size();
+        log_axis(out, [from, to, low], size)?;
+        let [half_width, above, _] = followed(&self.robot.geometry);
+        let corner = [0.12 * size - half_width, 0.05 * size - above];
+        self.forces.declare(out, corner)
     }
 
     /// Adds one frame of the animation with its truth.
@@ -245,10 +254,11 @@ fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
         q + Vec2::new(cos, sin) * radius
     };
     let PinStop { lower, upper, .. } = geometry.stop;
-    let tick = |turn: f64| STOP_TICK.map(|radius| at(radius, turn)).to_vec();
+    let radii = STOP_TICK.map(|radius| radius * geometry.size());
+    let tick = |turn: f64| radii.map(|radius| at(radius, turn)).to_vec();
     let arc = (0..=STOP_PIECES)
         .map(|i| lower + (upper - lower) * f64::from(i) / f64::from(STOP_PIECES))
-        .map(|turn| at(STOP_TICK[1], turn))
+        .map(|turn| at(radii[1], turn))
         .collect();
     [arc, tick(lower), tick(upper)]
 }
@@ -256,6 +266,7 @@ fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::forces::newtons_per_metre;
 
     /// Closed form: link 2 of geometry A goes from the rear axle through R and Q to the middle
     /// axle.
@@ -272,6 +283,45 @@ mod tests {
         ]
         .map(|p| p - cg);
         assert_eq!(found, expected);
+    }
+
+    /// Property: the view that moves with the body shows all of every shipped robot in its nominal
+    /// pose, and arrows of the mean load below it.
+    #[test]
+    fn a_robot_of_any_size_is_shown() {
+        let robots = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
+        for name in [
+            "curiosity",
+            "exomy",
+            "marta",
+            "open-source-rover",
+            "sojourner",
+        ] {
+            let choice = robhaz_scene::RobotChoice::load(&robots.join(format!("{name}.toml")));
+            let robot = choice.unwrap_or_else(|e| panic!("{name}: {e}")).robot;
+            let geometry = &robot.geometry;
+            let [half_width, above, below] = followed(geometry);
+            let arrow = robot.mean_wheel_load() / newtons_per_metre(&robot);
+            for axle in geometry.axles {
+                let from_body = axle - geometry.body_cg;
+                assert!(
+                    from_body.x.abs() + geometry.wheel_radius < half_width,
+                    "{name}"
+                );
+                assert!(
+                    arrow + geometry.wheel_radius - from_body.y < below,
+                    "{name}"
+                );
+            }
+            // Not much smaller than the view.
+            assert!(geometry.wheelbase() > 0.8 * half_width, "{name}");
+            let bars = [Bar::Link1, Bar::Link2].map(|bar| (bar, link(geometry, bar)));
+            for (bar, points) in bars {
+                let top = points.iter().map(|p| p.y + geometry.cg(bar).y);
+                let top = top.fold(f64::MIN, f64::max);
+                assert!(top - geometry.body_cg.y < above, "{name}");
+            }
+        }
     }
 
     /// Closed form: with link 1 turned to an end stop, its line from Q to P lies along the mark of

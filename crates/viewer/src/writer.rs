@@ -11,7 +11,7 @@ use re_chunk::{Chunk, ChunkId, ChunkResult, RowId, TimeColumn};
 use re_log_types::external::re_tuid::Tuid;
 use re_log_types::{
     ApplicationId, BlueprintActivationCommand, EntityPath, LogMsg, SetStoreInfo, StoreId,
-    StoreInfo, StoreKind, StoreSource, TimePoint, Timeline,
+    StoreInfo, StoreKind, StoreSource, TimeInt, TimePoint, Timeline,
 };
 use re_sdk_types::archetypes::{RecordingInfo, TextDocument};
 use re_sdk_types::components::MediaType;
@@ -81,6 +81,18 @@ impl Writer {
     ) -> Result {
         let store = self.recording.clone();
         self.row(store, entity.into(), TimePoint::default(), what)
+    }
+
+    /// Logs data that are valid from a time (s) on.
+    pub(crate) fn at(
+        &mut self,
+        entity: impl Into<EntityPath>,
+        time: f64,
+        what: &dyn AsComponents,
+    ) -> Result {
+        let time = TimeInt::from_secs(time);
+        let time = TimePoint::default().with(Timeline::new_duration(TIMELINE), time);
+        self.row(self.recording.clone(), entity.into(), time, what)
     }
 
     /// Logs one row at each of `times` (s). Without times it logs nothing.

@@ -443,3 +443,32 @@ fn bad_options_are_refused() {
     let found = judge(&setup(trench, &[], Options::default()).unwrap());
     assert!(found.is_err(), "{:?}", found.unwrap().places[0]);
 }
+
+/// By hand: on level ground no wheel slides, even without friction, and every drive says go. On a
+/// slope a friction coefficient that is 5e-5 too small is not "above by 0.000".
+#[test]
+fn limiting_cases_are_in_words() {
+    let level = "[terrain]\nkind = \"flat\"\n";
+    for drive in [DriveKind::Ideal, DriveKind::Shared, DriveKind::Speed] {
+        let options = Options {
+            distance: Some(0.5),
+            ..driven(drive, 0.0)
+        };
+        let report = judged(level, &[], options);
+        let text = report.text();
+        assert!(report.go && !text.contains("slides"), "{drive:?}: {text}");
+    }
+    let mu = 15.0_f64.to_radians().tan() - 5e-5;
+    let text = judged(&ramp(15.0), &[], with_mu(mu)).text();
+    assert!(text.contains("by less than 0.001"), "{text}");
+}
+
+/// A scene that drives back is no path forward: no drive judges it.
+#[test]
+fn a_path_back_is_refused() {
+    for drive in [DriveKind::Ideal, DriveKind::Shared, DriveKind::Speed] {
+        let found = setup(&kerb(0.05), &["drive.speed=-0.2"], driven(drive, 0.8));
+        let message = found.err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(message.contains("judged forward"), "{drive:?}: {message}");
+    }
+}

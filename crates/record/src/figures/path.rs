@@ -16,18 +16,22 @@ use std::ops::Range;
 pub const SPACING: f64 = 0.005;
 /// Width of the plot, px.
 const PLOT_WIDTH: f64 = WIDTH as f64 - 2.0 * MARGIN - Y_LABELS - 2.0;
+// Lengths of robot A; those of others are in proportion to their size.
 /// Least distance of two robots that are drawn, m.
 const DISTANCE: f64 = 0.85;
+/// Length of the arrow of a mean static wheel load, m.
+const MEAN_LOAD_LENGTH: f64 = 0.12;
+/// Ground shown beside the wheels, m.
+const BESIDE: f64 = 0.15;
+/// Distance of the time above a robot, and height that is shown above it, m.
+const ABOVE: [f64; 2] = [0.05, 0.13];
+
+/// Longest arrow over that of the mean load: the arrow of an impact must stay in the picture.
+const LONGEST: f64 = 3.0;
 /// Largest number of robots drawn; on a long path they stand farther apart.
 const MOST: f64 = 12.0;
 /// Greatest height of the ground's plot, px.
 const TALLEST: f64 = 520.0;
-/// Length of the arrow of a mean static wheel load, m.
-const MEAN_LOAD_LENGTH: f64 = 0.12;
-/// Longest arrow, m: the arrow of an impact must stay in the picture.
-const LONGEST: f64 = 3.0 * MEAN_LOAD_LENGTH;
-/// Ground shown beside the wheels, m.
-const BESIDE: f64 = 0.15;
 
 /// The ground that is shown.
 pub struct Strip {
@@ -100,13 +104,15 @@ fn pair(point: &Vec2) -> Point {
 pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
     let wheels = run.poses.iter().flat_map(|pose| &pose.wheels);
     let (first, last) = extremes(wheels.map(|w| w.position.x));
-    let reach = first - BESIDE..last + BESIDE;
+    let beside = BESIDE * run.geometry.size();
+    let reach = first - beside..last + beside;
     let strip = strip(run, ground, &reach);
     let wheels = ["front wheel", "middle wheel", "rear wheel"];
     let mut key: Vec<Entry> = (wheels.into_iter().zip(WHEELS))
         .map(|(name, color)| Entry::new(Mark::line(line(color, 1.8)), name))
         .collect();
-    let label = format!("arrows: N, {MEAN_LOAD_LENGTH} m are {:.0} N", run.mean_load);
+    let length = mean_load_length(&run.geometry);
+    let label = format!("arrows: N, {length} m are {:.0} N", run.mean_load);
     let marks = Vec::new();
     key.push(Entry { marks, label });
     let lines = run.normal_force_at.iter().zip(WHEELS);
@@ -128,9 +134,14 @@ pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
     }
 }
 
+/// Length of the arrow of the mean static wheel load, m: whole millimetres.
+fn mean_load_length(geometry: &Geometry) -> f64 {
+    (MEAN_LOAD_LENGTH * geometry.size() * 1e3).round() / 1e3
+}
+
 /// The ground that is shown, m, with robots and paths.
 fn strip(run: &RunTraces, ground: &Terrain, reach: &Range<f64>) -> Strip {
-    let y = heights(&run.poses, ground, reach);
+    let y = heights(run, ground, reach);
     let mut strip = Strip::new(ground, reach, y, TALLEST);
     // The paths of the three centres nearly coincide: the later ones are thinner.
     for (i, width) in [3.0, 1.8, 0.8].into_iter().enumerate() {
@@ -139,31 +150,32 @@ fn strip(run: &RunTraces, ground: &Terrain, reach: &Range<f64>) -> Strip {
         strip.layers.push(path);
     }
     let head = 7.0 / strip.scale;
-    for robot in robots(&run.poses, reach.end - reach.start) {
+    for robot in robots(run, reach.end - reach.start) {
         add_robot(&mut strip.layers, run, robot, head);
     }
     strip
 }
 
 /// The heights that are shown, m: arrows below the ground, robots above it.
-fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
+fn heights(run: &RunTraces, ground: &Terrain, x: &Range<f64>) -> Range<f64> {
     let ground = ground.outline(x.start, x.end, SPACING);
     let (low, high) = extremes(ground.iter().map(|p| p.y));
-    let parts = poses.iter().flat_map(|pose| {
+    let parts = run.poses.iter().flat_map(|pose| {
         let wheels = pose.wheels.iter().map(|w| w.position);
         let pins = pose.pins.iter().map(|p| p.position);
         wheels.chain(pins).chain([pose.body.position])
     });
     let top = parts.map(|p| p.y).fold(high, f64::max);
-    low - 1.6 * MEAN_LOAD_LENGTH..top + 0.13
+    let size = run.geometry.size();
+    low - 1.6 * MEAN_LOAD_LENGTH * size..top + ABOVE[1] * size
 }
 
 /// The poses to draw on a path of a length (m): the first, and each that is far enough from the
 /// last one drawn.
-fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
-    let distance = DISTANCE.max(length / MOST);
+fn robots(run: &RunTraces, length: f64) -> Vec<&Truth> {
+    let distance = (DISTANCE * run.geometry.size()).max(length / MOST);
     let mut chosen: Vec<&Truth> = Vec::new();
-    for pose in poses {
+    for pose in &run.poses {
         let far = |last: &&Truth| (pose.body.position - last.body.position).norm() >= distance;
         if chosen.last().is_none_or(far) {
             chosen.push(pose);
@@ -174,6 +186,7 @@ fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
 
 /// A robot with the arrows of its N, whose heads have a length in m, and the time above it.
 fn add_robot(layers: &mut Vec<Layer>, run: &RunTraces, robot: &Truth, head: f64) {
+    let unit = mean_load_length(&run.geometry);
     let body = body(&run.geometry, robot);
     layers.push(Layer::line(vec![body], line(ROBOT, 1.0)));
     let links = [Bar::Link1, Bar::Link2, Bar::Link3].map(|bar| link(run, robot, bar));
@@ -181,8 +194,8 @@ fn add_robot(layers: &mut Vec<Layer>, run: &RunTraces, robot: &Truth, head: f64)
         let (centre, radius) = (pair(&wheel.position), run.geometry.wheel_radius);
         layers.push(Layer::circle(centre, radius, color, 1.6));
         for contact in wheel.contact_list.iter() {
-            let length = contact.normal_force / run.mean_load * MEAN_LOAD_LENGTH;
-            let (shaft, head) = arrow(contact, length.min(LONGEST), head);
+            let length = (contact.normal_force / run.mean_load).min(LONGEST) * unit;
+            let (shaft, head) = arrow(contact, length, head);
             layers.push(Layer::line(vec![shaft.to_vec()], line(color, 1.6)));
             layers.push(Layer::area(head, color));
         }
@@ -190,7 +203,7 @@ fn add_robot(layers: &mut Vec<Layer>, run: &RunTraces, robot: &Truth, head: f64)
     layers.push(Layer::line(links.to_vec(), line(ROBOT, 2.0)));
     let parts = robot.pins.iter().map(|p| p.position.y);
     let top = parts.fold(robot.body.position.y, f64::max);
-    let place = (robot.body.position.x, top + 0.05);
+    let place = (robot.body.position.x, top + ABOVE[0] * run.geometry.size());
     layers.push(Layer::label(format!("{:.1} s", robot.time), place));
 }
 

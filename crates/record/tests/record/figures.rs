@@ -305,6 +305,19 @@ fn the_way_shows_ground_robots_and_paths() {
     }
 }
 
+/// Closed form: the arrows of a robot of four times the size have four times the length.
+#[test]
+fn arrows_on_the_way_are_in_proportion_to_the_robot() {
+    let records = records();
+    let mut run = described(&scene());
+    for axle in &mut run.robot.robot.geometry.axles {
+        *axle *= 4.0;
+    }
+    let files = draw_run(&run, records.iter().map(Record::frame));
+    let svg = String::from_utf8_lossy(&files["path.svg"]);
+    assert!(svg.contains("arrows: N, 0.48 m are"));
+}
+
 /// Where there was no estimate the line has a gap: two pieces a panel and not one.
 #[test]
 fn a_gap_in_the_estimates_stays_a_gap() {

@@ -141,6 +141,15 @@ fn a_stuck_robot_is_reported() {
         ),
         "{stuck}"
     );
+    let mut summary = summary(0);
+    summary.progress = Some(Progress {
+        distance: -0.001,
+        asked: 0.58,
+        stuck_since: Some(0.8),
+        spinning: [2.9; 3],
+    });
+    let stood = comparison_table(&[("flat", &summary)]);
+    assert!(stood.contains("it came 0.00 m of the 0.58 m"), "{stood}");
     let spins = line(None, [0.0, 2.5, 0.0]);
     assert!(spins.contains("spun for 0.0, 2.5 and 0.0 s"), "{spins}");
     assert!(!spins.contains("STUCK"), "{spins}");

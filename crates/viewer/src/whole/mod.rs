@@ -1,17 +1,19 @@
 //! A rover with both sides in 3-D: where it drove, the forces on six wheels, and plots of both
 //! sides.
 
+mod ground;
 mod plots;
 mod pose;
 mod still;
 
-use crate::draw::narrow;
+use crate::draw::{narrow, solid};
 use crate::error::Result;
 use crate::explain::rates;
 use crate::layout;
 use crate::recorder::Recording;
 use crate::series::Series;
 use crate::writer::Writer;
+use ground::Ground;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use pose::{Place, Pose};
 use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Transform3D};
@@ -21,8 +23,8 @@ use robhaz_model::WholeRover;
 use robhaz_run::{BothTruth, Frame, RunDescription, RunEnd, Ticker};
 use std::iter::repeat_n;
 
-/// Length of the arrow of the mean static wheel load, m.
-const MEAN_LOAD_LENGTH: f64 = 0.2;
+/// Length of the arrow of the mean static wheel load over the wheelbase.
+const MEAN_LOAD_LENGTH: f64 = 1.0 / 3.0;
 /// Half the width of a wheel over its radius. It is drawn, not known.
 const HALF_WIDTH: f64 = 0.35;
 /// Names of the sides in entities.
@@ -40,6 +42,9 @@ pub(crate) struct WholeRecorder {
     pose: Pose,
     /// Where the wheels stood in the last row.
     stood: Option<[Vec3; 6]>,
+    ground: Ground,
+    /// How far the rover has come since the last row, back negative, m.
+    way: f64,
     rows: Rows,
     plots: Series,
 }
@@ -81,12 +86,15 @@ impl WholeRecorder {
         still::declare(&mut out, &rover, run.has_truth)?;
         out.about(still::page(&rover, run))?;
         let [_, frames] = rates(thinning);
+        let width = 2.0 * HALF_WIDTH * rover.side.geometry.wheel_radius;
         Ok(Self {
             out,
+            ground: Ground::new(&rover, width),
             rover,
             due: Ticker::new(1.0 / frames),
             pose: Pose::default(),
             stood: None,
+            way: 0.0,
             rows: Rows::default(),
             plots: plots::plots(run),
         })
@@ -109,7 +117,7 @@ impl WholeRecorder {
         }
         let links = place.links(&self.rover).into_iter();
         rows.links.extend(links.map(|link| points(&link)));
-        let scale = MEAN_LOAD_LENGTH / self.rover.mean_wheel_load();
+        let scale = mean_load_length(&self.rover) / self.rover.mean_wheel_load();
         let radius = self.rover.side.geometry.wheel_radius;
         // Foot and vector of N and T beside a wheel.
         let arrow = |i: usize, beside: f64, [n, t]: [f64; 2]| {
@@ -132,6 +140,8 @@ impl WholeRecorder {
             points(&[low - end, low + end, low, high, high - end, high + end])
         }));
         let now = contacts.map(|c| place.position + place.attitude * c.point);
+        let way = std::mem::take(&mut self.way);
+        self.ground.push(time, way, now);
         let before = self.stood.replace(now).unwrap_or(now);
         let pieces = before.into_iter().zip(now);
         rows.tracks.extend(pieces.map(|(a, b)| points(&[a, b])));
@@ -146,6 +156,7 @@ impl Recording for WholeRecorder {
             return;
         };
         let place = self.pose.reckon(&self.rover, &sides.readings, estimate);
+        self.way += place.as_ref().map_or(0.0, |place| place.way);
         if let Some(place) = place.filter(|_| self.due.is_due(frame.time)) {
             self.keep(frame.time, &place, estimate, sides.truth.as_ref());
             self.plots.push(frame);
@@ -159,13 +170,13 @@ impl Recording for WholeRecorder {
         let wheels = wheels.map(|(i, poses)| (wheel_entity(i), poses));
         for (entity, poses) in wheels.chain([("world/rover".to_owned(), &rows.rover)]) {
             let columns = Transform3D::update_fields()
-                .with_many_translation(poses.iter().map(|(at, _)| point(at)))
+                .with_many_translation(poses.iter().map(|(at, _)| solid(at)))
                 .with_many_quaternion(poses.iter().map(|(_, turn)| *turn));
             out.columns(entity, times, columns.columns_of_unit_batches())?;
         }
         // A frame that moves with the rover but does not turn: the view's.
         let follow = Transform3D::update_fields()
-            .with_many_translation(rows.rover.iter().map(|(at, _)| point(at)));
+            .with_many_translation(rows.rover.iter().map(|(at, _)| solid(at)));
         out.columns("world/follow", times, follow.columns_of_unit_batches())?;
         for (entity, strips, count) in [
             ("world/rover/links", rows.links, 4),
@@ -185,6 +196,7 @@ impl Recording for WholeRecorder {
             let six = repeat_n(6, arrows.times.len());
             out.columns(entity, &arrows.times, columns.columns(six))?;
         }
+        self.ground.flush(out)?;
         self.plots.flush(out)
     }
 
@@ -199,10 +211,15 @@ impl Arrows {
     fn push(&mut self, time: f64, arrow: impl Fn(usize) -> (Vec3, Vec3)) {
         self.times.push(time);
         for (origin, vector) in (0..6).map(arrow) {
-            self.origins.push(point(&origin));
-            self.vectors.push(point(&vector));
+            self.origins.push(solid(&origin));
+            self.vectors.push(solid(&vector));
         }
     }
+}
+
+/// Length of the arrow of the mean static wheel load, m.
+fn mean_load_length(rover: &WholeRover) -> f64 {
+    MEAN_LOAD_LENGTH * rover.side.geometry.wheelbase()
 }
 
 /// True N, in the wheel's plane where it is known, and T of a wheel, N.
@@ -230,12 +247,8 @@ fn quaternion(turn: &Matrix3<f64>) -> Quaternion {
     Quaternion::from_xyzw([q.i, q.j, q.k, q.w].map(narrow))
 }
 
-fn point(v: &Vec3) -> [f32; 3] {
-    [narrow(v.x), narrow(v.y), narrow(v.z)]
-}
-
 fn points(strip: &[Vec3]) -> Vec<[f32; 3]> {
-    strip.iter().map(point).collect()
+    strip.iter().map(solid).collect()
 }
 
 fn wheel_entity(i: usize) -> String {

@@ -25,6 +25,8 @@ pub(super) struct Pose {
 pub(super) struct Place {
     /// Of O, m.
     pub(super) position: Vec3,
+    /// How far O moved along the body since the record before, m.
+    pub(super) way: f64,
     /// From the body frame to the world's.
     pub(super) attitude: Matrix3<f64>,
     pub(super) posture: WholePosture,
@@ -58,6 +60,7 @@ impl Pose {
         *position += attitude * moved;
         Some(Place {
             position: *position,
+            way: moved.x,
             attitude,
             posture,
             contacts,

@@ -1,8 +1,8 @@
 //! What does not move in the recording of a rover with both sides.
 
-use super::{HALF_WIDTH, MEAN_LOAD_LENGTH, point, quaternion, sign, wheel_entity};
+use super::{HALF_WIDTH, mean_load_length, quaternion, sign, wheel_entity};
 use crate::colours::{self, WHEELS, dark, light};
-use crate::draw::narrow;
+use crate::draw::{narrow, solid};
 use crate::error::Result;
 use crate::writer::Writer;
 use nalgebra::UnitQuaternion;
@@ -24,8 +24,8 @@ pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> 
     let centre: Vec2 = outline.body_lower + half - rover.pivot;
     let narrowest = rover.half_tracks.into_iter().fold(f64::INFINITY, f64::min);
     let body = Boxes3D::update_fields()
-        .with_centers([point(&Vec3::new(centre.x, 0.0, centre.y))])
-        .with_half_sizes([point(&Vec3::new(half.x, 0.7 * narrowest, half.y))])
+        .with_centers([solid(&Vec3::new(centre.x, 0.0, centre.y))])
+        .with_half_sizes([solid(&Vec3::new(half.x, 0.7 * narrowest, half.y))])
         .with_colors([colours::BODY])
         .with_fill_mode(FillMode::Solid);
     out.constant("world/rover/body", &body)?;
@@ -51,7 +51,7 @@ pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> 
             let angle = std::f64::consts::TAU * k as f64 / SPOKES as f64;
             let y = sign(i) * 1.05 * half_width;
             let end = Vec3::new(radius * angle.cos(), y, radius * angle.sin());
-            [point(&Vec3::new(0.0, y, 0.0)), point(&end)]
+            [solid(&Vec3::new(0.0, y, 0.0)), solid(&end)]
         });
         let spokes = LineStrips3D::update_fields()
             .with_strips(spokes)
@@ -66,6 +66,14 @@ pub(super) fn declare(out: &mut Writer, rover: &WholeRover, has_truth: bool) -> 
     if has_truth {
         out.constant("world/rover/true_forces", &arrows.with_colors(colours()))?;
     }
+    // The scale of the arrows, above the body.
+    let scale = Arrows3D::from_vectors([[0.0, 0.0, narrow(mean_load_length(rover))]])
+        .with_origins([solid(&Vec3::new(centre.x, 0.0, centre.y + 1.5 * half.y))])
+        .with_colors([colours::PIN])
+        .with_radii(thin(2.5))
+        .with_labels([format!("{:.0} N", rover.mean_wheel_load())])
+        .with_show_labels(true);
+    out.constant("world/follow/scale", &scale)?;
     let bars = LineStrips3D::update_fields()
         .with_colors(colours().map(light))
         .with_radii(thin(1.0));
@@ -85,10 +93,54 @@ pub(super) fn page(rover: &WholeRover, run: &RunDescription) -> String {
         }
         false => "",
     };
+    // What is known before any estimate; the command prints what the estimates add.
+    let contradiction = run.both.as_ref().and_then(|b| b.contradiction.as_ref());
+    let contradiction = contradiction.map_or(String::new(), |why| {
+        format!("**Readings contradict each other**: {why}\n\n")
+    });
     format!(
         include_str!("about.md"),
         name = run.name,
-        newtons = rover.mean_wheel_load() / MEAN_LOAD_LENGTH,
+        contradiction = contradiction,
+        newtons = rover.mean_wheel_load() / mean_load_length(rover),
         truth = truth,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_run::BothDescription;
+    use robhaz_scene::{LogChoice, RecordChoice, RobotChoice};
+    use std::path::Path;
+
+    /// Readings that contradict each other are the first that the page says.
+    #[test]
+    fn the_page_says_that_readings_contradict_each_other() {
+        let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots");
+        let robot = RobotChoice::load(&robots.join("open-source-rover.toml"));
+        let choice = LogChoice {
+            robot: robot.unwrap_or_else(|e| panic!("{e}")),
+            ..LogChoice::default()
+        };
+        let rover = choice
+            .robot
+            .whole_rover()
+            .unwrap_or_else(|| panic!("a rover"));
+        let mut run = RunDescription::of_log("both", 1, RecordChoice::default(), &choice);
+        let mut said = |contradiction: Option<String>| {
+            run.both = Some(BothDescription {
+                label: "kalman".to_owned(),
+                coupling: rover.coupling,
+                contradiction,
+                unconfirmed: Vec::new(),
+            });
+            page(&rover, &run)
+        };
+        assert!(!said(None).contains("contradict"));
+        let page = said(Some("signs of the torques".to_owned()));
+        let start =
+            "# both\n\n**Readings contradict each other**: signs of the torques\n\nSix wheels";
+        assert!(page.starts_with(start), "{page}");
+    }
 }

@@ -2,8 +2,8 @@
 
 use crate::reading::{chunks, messages, rows, scalars};
 use re_log_types::LogMsg;
-use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Transform3D};
-use re_sdk_types::components::{LineStrip3D, Translation3D, Vector3D};
+use re_sdk_types::archetypes::{Arrows3D, LineStrips3D, Mesh3D, Transform3D};
+use re_sdk_types::components::{LineStrip3D, Position3D, Translation3D, Vector3D};
 use robhaz_estimator::whole::{SideReadings, WholeEstimator, WholeFrame};
 use robhaz_model::WholeRover;
 use robhaz_run::{
@@ -92,7 +92,7 @@ fn a_rover_drives_along_a_circle() {
     const SPEED: f64 = 0.2;
     const YAW_RATE: f64 = 0.2;
     let folder = tempfile::tempdir().expect("a folder");
-    let (_, path) = record(folder.path(), false, |rover| {
+    let (rover, path) = record(folder.path(), false, |rover| {
         let sides = |k| {
             let time = 0.005 * f64::from(k);
             let turn = |i: usize| {
@@ -131,12 +131,16 @@ fn a_rover_drives_along_a_circle() {
         let wheel = format!("/world/rover/{wheel}");
         assert_eq!(rows::<Translation3D>(&chunks, &wheel, component).len(), 241);
     }
+    let wheelbase = rover.side.geometry.wheelbase();
     let component = Arrows3D::descriptor_vectors().component;
     let arrows = rows::<Vector3D>(&chunks, "/world/rover/forces", component);
-    // At rest, 0.2 m a mean load: the six sum to six times that.
+    // At rest, a third of the wheelbase a mean load: the six sum to six times that.
     let (_, first) = &arrows[0];
     let sum: f32 = first.iter().map(|v| v.0.0[2]).sum();
-    assert!(first.len() == 6 && (sum - 1.2).abs() < 1e-3, "{first:?}");
+    assert!(
+        first.len() == 6 && (f64::from(sum) - 2.0 * wheelbase).abs() < 1e-3,
+        "{first:?}"
+    );
     let component = LineStrips3D::descriptor_strips().component;
     let tracks = rows::<LineStrip3D>(&chunks, "/world/tracks", component);
     let (_, ends) = tracks.last().expect("tracks");
@@ -144,6 +148,19 @@ fn a_rover_drives_along_a_circle() {
         ends.len() == 6 && ends.iter().all(|s| s.0[1].0[2].abs() < 5e-3),
         "{ends:?}"
     );
+    // The ground begins with all of it under the wheels and grows along the circle.
+    let component = Mesh3D::descriptor_vertex_positions().component;
+    let mut count = 0;
+    while chunks.contains_key(&format!("/world/ground/{count}")) {
+        let meshes = rows::<Position3D>(&chunks, &format!("/world/ground/{count}"), component);
+        // A tenth of the radius below the contacts.
+        let below = 0.1 * rover.side.geometry.wheel_radius;
+        let is_level = |p: &Position3D| (f64::from(p.0.0[2]) + below).abs() < 5e-3;
+        let flat = |row: &[Position3D]| row.iter().all(is_level);
+        assert!(meshes.iter().all(|(_, row)| flat(row)), "{count}");
+        count += 1;
+    }
+    assert!(count > 0);
     for (plot, lines) in [
         ("normal_force/left", 9),
         ("traction/right", 9),
@@ -197,8 +214,8 @@ fn true_forces_are_drawn() {
     let arrows = rows::<Vector3D>(&chunks, "/world/rover/true_forces", component);
     let found = rows::<Vector3D>(&chunks, "/world/rover/forces", component);
     assert_eq!((arrows.len(), found.len()), (26, 51));
-    // 0.2 m a mean load.
-    let scale = 0.2 / rover.mean_wheel_load();
+    // A third of the wheelbase a mean load.
+    let scale = rover.side.geometry.wheelbase() / 3.0 / rover.mean_wheel_load();
     for (i, arrow) in arrows[3].1.iter().enumerate() {
         let expected = scale * (i + 1) as f64;
         // Single precision, and contacts found to some mrad.
