@@ -276,7 +276,8 @@ fn level(frames: &Frames, choice: &LogChoice) -> Level {
         LogSides::Both => {
             let frames = frames.all_of_both();
             let (_, frames) = torque_spikes::of_both(&frames, robot, noise);
-            Level::of_both(&frames, robot, &settings)
+            let rover = choice.robot.whole_rover();
+            rover.map_or_else(Level::default, |r| Level::of_both(&frames, &r, &settings))
         }
         _ => {
             let frames = frames.all_of_links();

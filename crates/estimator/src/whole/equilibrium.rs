@@ -29,6 +29,8 @@ pub struct WholeEquilibrium {
     pub h_a: [Rows; 6],
     /// Axial force over N of a wheel that moves sideways, -: [`Self::slide`].
     pub sliding: [f64; 6],
+    /// Standard deviation of the same by the error of a rear bogie's rate, signed: one error moves all wheels.
+    pub sliding_error: [f64; 6],
     /// Distance by which N acts ahead of the contact at a coefficient of rolling resistance of 1, m.
     pub rolling: [f64; 6],
     /// Standard deviation of the angle between a wheel's plane and the way that it goes, rad.
@@ -145,6 +147,7 @@ impl WholeEquilibrium {
             h_t: core::array::from_fn(|i| column(i, contacts[i].tangent)),
             h_a: core::array::from_fn(|i| column(i, contacts[i].axial)),
             sliding: [0.0; 6],
+            sliding_error: [0.0; 6],
             rolling: [0.0; 6],
             toe: NoiseBudget::typical().toe,
             pin_moment: 0.0,
@@ -166,8 +169,9 @@ impl WholeEquilibrium {
     /// Takes the axial forces of wheels that move sideways, at a forward `speed` and with the slip speeds
     /// `creep` at T = N, m/s: friction is the same in all directions, and its law along the wheel is
     /// known. A rear bogie that rolls about its hinge moves its wheels across the ground. Without one
-    /// the wheels move across alike but for the yaw, and nothing changes.
-    pub fn slide(&mut self, motion: &WholeMotion, speed: f64, creep: &[f64; 6]) {
+    /// the wheels move across alike but for the yaw, and nothing changes. `rate_error` (rad/s) is the standard deviation of
+    /// the rear bogie's rate.
+    pub fn slide(&mut self, motion: &WholeMotion, speed: f64, creep: &[f64; 6], rate_error: f64) {
         /// Largest axial force over N: firm ground.
         /// Textbook.
         const FRICTION: f64 = 0.7;
@@ -176,17 +180,24 @@ impl WholeEquilibrium {
         }
         for (i, contact) in self.contacts.iter().enumerate() {
             let mut rate = motion.rate;
+            let mut error = Vec3::zeros();
             if let Link::Rocker(_) = self.links[i] {
                 rate.x += motion.coupling.rate;
+                error.x = rate_error;
             }
-            let velocity = Vec3::x() * speed + rate.cross(&contact.point);
-            let share = contact.axial.dot(&velocity) / (FRICTION * creep[i]);
-            self.sliding[i] = -FRICTION * share / robhaz_model::sqrt(1.0 + share * share);
+            let share_of = |velocity: Vec3| contact.axial.dot(&velocity) / (FRICTION * creep[i]);
+            let share = share_of(Vec3::x() * speed + rate.cross(&contact.point));
+            let root = robhaz_model::sqrt(1.0 + share * share);
+            self.sliding[i] = -FRICTION * share / root;
+            let error = share_of(error.cross(&contact.point)) / (root * root * root);
+            self.sliding_error[i] = -FRICTION * error.clamp(-1.0, 1.0);
         }
         // What all have in common, the force across that the rover needs shows.
-        let common = self.sliding.iter().sum::<f64>() / 6.0;
-        for sliding in &mut self.sliding {
-            *sliding -= common;
+        for sliding in [&mut self.sliding, &mut self.sliding_error] {
+            let common = sliding.iter().sum::<f64>() / 6.0;
+            for sliding in sliding {
+                *sliding -= common;
+            }
         }
     }
 
@@ -242,6 +253,21 @@ impl WholeEquilibrium {
             }
         }
         self.of_load(Link::Bogie(side), Vec3::zeros(), Vec3::zeros(), moment)
+    }
+
+    /// What a `turn` (rad) of a rear bogie about its hinge adds to the rows with the forces N and T (N): its wheels' contacts
+    /// and planes turn.
+    pub(crate) fn of_rear_turn(&self, turn: f64, n: &[f64; 6], t: &[f64; 6]) -> Rows {
+        let turn = Vec3::x() * turn;
+        let mut rows = Rows::zeros();
+        for (i, contact) in self.contacts.iter().enumerate() {
+            if let Link::Rocker(_) = self.links[i] {
+                let force = contact.normal * n[i] + contact.tangent * t[i];
+                let moment = turn.cross(&contact.point.cross(&force));
+                rows += self.of_load(self.links[i], Vec3::zeros(), turn.cross(&force), moment);
+            }
+        }
+        rows
     }
 
     /// The rows of a force on wheel `i`, N, in a point relative to O, m.

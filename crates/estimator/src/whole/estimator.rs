@@ -25,6 +25,7 @@ use crate::door;
 use crate::estimate::EstimateError;
 use crate::estimator::Estimator;
 use crate::filters::LinkAngleKalman;
+use crate::filters::motion::SLOPE;
 use crate::flags::Flags;
 use crate::frame::{BodyInputs, Gate, LinkReading, Repeats};
 use crate::methods::{Across, SideState};
@@ -33,7 +34,7 @@ use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, No
 use crate::start::{Carried, Start};
 use crate::statics::{DIRECT, Forces};
 use crate::torque_scale::ScaleFilter;
-use robhaz_model::{Units, Vec2, WholeRover, WholeRoverError};
+use robhaz_model::{Coupling, Units, Vec2, WholeRover, WholeRoverError};
 
 /// An estimator for one rover with both sides. It takes one frame of readings after the other.
 ///
@@ -285,7 +286,7 @@ impl WholeEstimator {
         };
         let mut sides = [left, right];
         for side in &mut sides {
-            side.flags |= self.coupling_at_stop();
+            side.flags |= self.coupling_at_stop() | self.readings.flags();
         }
         let dragged = self.sliding.dragged().is_some();
         // Where wheels are dragged or readings are old, the equations do not hold.
@@ -393,7 +394,12 @@ impl WholeEstimator {
         let motion = inputs.motion(rover, &posture, roll, yaw);
         let mut equations =
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
-        equations.slide(&motion, inputs.speed(), &inputs.creep());
+        let rate_error = match self.readings.is_stale() {
+            false => self.readings.rear_rate_error(),
+            // It turns with the ground, whose slopes are as long as the wheels are large.
+            true => UNREAD * libm::fabs(inputs.speed()) / rover.side.geometry.wheel_radius,
+        };
+        equations.slide(&motion, inputs.speed(), &inputs.creep(), rate_error);
         equations.toe = self.settings.budget.toe;
         equations.pin_moment = self.settings.budget.pin_moment;
         let at_stop = self.coupling_at_stop();
@@ -433,6 +439,10 @@ impl WholeEstimator {
             &equations,
             &mut forces,
         );
+        if rover.coupling == Coupling::RearBogie && self.readings.is_stale() {
+            let turned = equations.of_rear_turn(UNREAD, &forces.normal, &inputs.traction());
+            forces.consider(&turned);
+        }
         let weight = dt.clamp(0.0, OBSTACLES) / OBSTACLES;
         self.roughness += weight * (inputs.roughness() - self.roughness);
         let of_axial = equations.axial_variance(&inputs.traction(), &forces.normal);
@@ -482,6 +492,10 @@ fn hand_over(from: &mut Estimator, to: &mut Estimator) {
 fn both([a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> [f64; 6] {
     [a, b, c, d, e, f]
 }
+
+/// Standard deviation of the angle of a rear bogie that is not read, rad: it turns with the ground under its wheels.
+/// Definition.
+const UNREAD: f64 = core::f64::consts::SQRT_2 * SLOPE;
 
 /// Least sum of the normal forces, over the weight, about which the rows are linearised.
 /// Guard.

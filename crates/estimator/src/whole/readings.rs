@@ -2,7 +2,8 @@
 
 use super::posture::sign;
 use crate::deviation::root_sum_square;
-use crate::frame::{LinkReading, SensorFrame};
+use crate::flags::Flags;
+use crate::frame::{Inputs, LinkReading, SensorFrame};
 use robhaz_model::{BodyMount, BodyReading, Coupling, Geometry, PathAngle, Suspension, WholeRover};
 
 /// All readings of one instant, SI; `None` where one is missing. Wheels are left 1 to 3, then right
@@ -59,6 +60,9 @@ pub struct SideReadings {
     mounts: [BodyMount; 2],
     coupling: PathAngle<6>,
     coupled: (f64, f64),
+    /// Time of the last frame, s, and for how long the coupling has not been read.
+    time: Option<f64>,
+    silent: f64,
 }
 
 impl SideReadings {
@@ -72,6 +76,8 @@ impl SideReadings {
             mounts: [mount.clone(), mount],
             coupling: PathAngle::new(geometry.wheel_radius, joint_noise),
             coupled: (0.0, 0.0),
+            time: None,
+            silent: 0.0,
         }
     }
 
@@ -89,13 +95,38 @@ impl SideReadings {
         Self {
             mounts: self.mounts.each_ref().map(BodyMount::started_anew),
             coupling: self.coupling.started_anew(),
+            time: None,
+            silent: 0.0,
             ..self.clone()
         }
     }
 
-    /// Angle of the coupling in the last frame that had one, rad, and its rate, rad/s.
+    /// Angle of the coupling in the last frame that had one, rad, and its rate, rad/s; 0 of one that has not been read for
+    /// too long.
     pub(super) fn coupled(&self) -> (f64, f64) {
-        self.coupled
+        let (angle, rate) = self.coupled;
+        (angle, if self.is_stale() { 0.0 } else { rate })
+    }
+
+    /// Whether the coupling has not been read for too long.
+    pub(super) fn is_stale(&self) -> bool {
+        self.silent > Inputs::STALE_AFTER
+    }
+
+    /// Flags of a rear bogie's angle that is missing. That of a differential is one of the links' readings.
+    pub(super) fn flags(&self) -> Flags {
+        if self.kind == Coupling::Differential {
+            return Flags::NONE;
+        }
+        Flags::SENSOR_MISSING.when(self.silent > 0.0) | Flags::SENSOR_STALE.when(self.is_stale())
+    }
+
+    /// Standard deviation of the rate of a rear bogie that is read, rad/s.
+    pub(super) fn rear_rate_error(&self) -> f64 {
+        match self.kind {
+            Coupling::Differential => 0.0,
+            Coupling::RearBogie => self.coupling.rate_error(),
+        }
     }
 
     /// What a differential's angle makes the rates of its rockers err by, of one as much up as of the other
@@ -112,6 +143,11 @@ impl SideReadings {
     pub fn frames(&mut self, frame: &WholeFrame) -> [SensorFrame; 2] {
         let coupling = (self.coupling).update(frame.time, frame.coupling, &frame.wheel_angle);
         self.coupled = coupling.unwrap_or(self.coupled);
+        let last = self.time.replace(frame.time).unwrap_or(frame.time);
+        self.silent = match coupling {
+            Some(_) => 0.0,
+            None => self.silent + (frame.time - last).max(0.0),
+        };
         let turned = match self.kind {
             Coupling::Differential => coupling,
             Coupling::RearBogie => Some((0.0, 0.0)),

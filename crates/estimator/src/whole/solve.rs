@@ -309,6 +309,11 @@ impl WholeEquilibrium {
             add(&(across_rover * (OF_AXLE * across)), &across_rover);
             add(&(sliding * (SLIDING * SLIDING)), &sliding);
         }
+        let mut of_rate = Rows::zeros();
+        for (i, error) in self.sliding_error.iter().enumerate() {
+            of_rate += self.h_a[i] * (error * normal[i]);
+        }
+        add(&of_rate, &of_rate);
         let by_pins = self.by_pins();
         for (k, column) in covariance.iter_mut().enumerate() {
             // The lever is twice the radius.

@@ -448,6 +448,49 @@ fn missing_readings_are_named_or_held() {
     }
 }
 
+/// Property: a rear bogie's angle that is not read any more is named at once, and stale after a tenth of a second; the forces
+/// are stated as less certain then, as long as it lasts.
+#[test]
+fn a_rear_bogie_that_is_not_read_is_stated() {
+    let rover = triple_bogie(0.2);
+    let mut estimator = estimator(&rover);
+    let dt = 0.01;
+    let (mut way, mut found) = (0.0, Vec::new());
+    for k in 0..700 {
+        let time = dt * f64::from(k);
+        let share = (time - 1.0).clamp(0.0, 1.0);
+        way += 0.2 * dt * share * share * (3.0 - 2.0 * share);
+        // A torque that repeats its last bit counts as stuck.
+        let tick = if k % 2 == 0 { 1e-6 } else { -1e-6 };
+        let mut frame = level_frame(time);
+        frame.wheel_angle = [Some(way / rover.side.geometry.wheel_radius); 6];
+        frame.motor_torque = [Some(tick); 6];
+        if (400..500).contains(&k) {
+            frame.coupling = None;
+        }
+        let estimate = estimator.update(&frame).expect("an estimate");
+        let flags = estimate.flags();
+        found.push((
+            flags.contains(Flags::SENSOR_MISSING),
+            flags.contains(Flags::SENSOR_STALE),
+            estimate.sigma_normal(2).expect("a wheel"),
+        ));
+    }
+    let (missing, stale, before) = found[399];
+    assert!(!missing && !stale);
+    assert!(found[401].0 && !found[401].1);
+    let (missing, stale, unread) = found[450];
+    assert!(
+        missing && stale && unread > 1.2 * before,
+        "{unread} {before}"
+    );
+    let (missing, stale, after) = found[699];
+    assert!(
+        !missing && !stale && after < 1.1 * before,
+        "{after} {before}"
+    );
+}
+
 /// Property: single wrong readings of the body and its joints change no force by more than its stated
 /// deviation; a clock that is set back starts anew.
 #[test]

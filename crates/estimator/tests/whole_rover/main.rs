@@ -122,6 +122,38 @@ fn what_an_end_stop_holds_is_stated() {
     }
 }
 
+/// Closed form: what an error of a rear bogie's rate does to the axial forces is their change by that rate. It is stated: of
+/// the rear wheels more than of the others. A rover with a differential has none. Cubic terms of a difference.
+#[test]
+fn an_error_of_a_rear_bogies_rate_is_stated() {
+    const ERROR: f64 = 1e-4;
+    let slid = |rover: &WholeRover, rate: f64, error: f64| {
+        let mut motion = WholeMotion::at_rest(GRAVITY, 0.0, 0.0);
+        motion.coupling.rate = rate;
+        let mut rows = equilibrium(rover, &Joints::default(), &motion, &[0.0; 6]);
+        rows.slide(&motion, 0.2, &[0.012; 6], error);
+        rows
+    };
+    let rover = triple_bogie(0.2);
+    for rate in [0.0, 0.03, -0.05] {
+        let [more, less] = [ERROR, -ERROR].map(|error| slid(&rover, rate + error, 0.0).sliding);
+        let stated = slid(&rover, rate, ERROR).sliding_error;
+        for i in 0..6 {
+            let expected = 0.5 * (more[i] - less[i]);
+            assert!((stated[i] - expected).abs() < 1e-8, "{rate} {i}");
+        }
+        let sigmas = |error: f64| {
+            let found = slid(&rover, rate, error).solve(&[0.0; 6], &typical());
+            let found = found.expect("determined");
+            [0, 2].map(|i| found.sigma_normal(i))
+        };
+        let ([front, rear], [front_more, rear_more]) = (sigmas(0.0), sigmas(0.02));
+        assert!(rear_more - rear > front_more - front && front_more > front);
+    }
+    let without = slid(&open_source_rover(), 0.03, 0.02).sliding_error;
+    assert!(without.iter().all(|error| error.abs() <= 0.0));
+}
+
 /// Equivalence: the part of a side's weight that moves on a cross slope, and by a body whose centre of mass is aside,
 /// is that of the nine rows, for a rover whose tracks are one. The axial forces of wheels in one line are in the planes of the tracks. Rounding.
 #[test]

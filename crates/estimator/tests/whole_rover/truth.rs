@@ -305,7 +305,7 @@ fn axial_forces_of_a_rear_bogie_follow_its_roll() {
     {
         let (rover, inputs) = (instant.rover(), instant.inputs());
         let mut equilibrium = inputs.equilibrium(&rover);
-        equilibrium.slide(&inputs.motion, 0.2, &[0.012; 6]);
+        equilibrium.slide(&inputs.motion, 0.2, &[0.012; 6], 0.0);
         let (axial, normal) = (
             instant.wheels("axial_force"),
             instant.wheels("in_plane_normal_force"),

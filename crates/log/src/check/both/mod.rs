@@ -12,7 +12,7 @@ mod frames;
 mod roll;
 mod steering;
 #[cfg(test)]
-mod testing;
+pub mod testing;
 mod torques;
 mod wiring;
 mod wirings;
@@ -28,6 +28,7 @@ use crate::frames::side_frame;
 use rayon::prelude::*;
 use robhaz_estimator::SensorFrame;
 use robhaz_estimator::whole::{SideReadings, WholeFrame};
+use robhaz_model::WholeRover;
 
 /// Names of the sides.
 const SIDE_NAMES: [&str; 2] = ["left", "right"];
@@ -37,6 +38,10 @@ const STRAIGHT: f64 = 0.17;
 /// Turn at a start from which on the sides push each other, rad: straight starts on even ground have up to 0.01, S-curves
 /// 0.08 and more.
 const STARTS_STRAIGHT: f64 = 0.03;
+/// The same of a slow rover, whose start is short: such turns of straight starts, and the way across of the front and rear
+/// wheels over that along.
+const SLOW_TURN: f64 = 0.01;
+const STARTS_DRAGGED: f64 = 0.05;
 /// What the tests of both sides need, as [`left_out`] says it.
 const OPPOSED: &str = "they need wheels that count forward on both sides";
 /// Tests of one side that take it for one that drives straight on.
@@ -179,7 +184,7 @@ fn across_sides(
     let zeroed = !zeros.iter().any(Finding::is_fault);
     findings.extend(zeros);
     findings.push(roll::roll(frames, stated, pace));
-    let at_rest = Level::of_both(frames, &rover.side, &stated.settings).roll_at_rest();
+    let at_rest = Level::of_both(frames, rover, &stated.settings).roll_at_rest();
     findings.push(roll::zero(frames, stated, at_rest));
     // The same ground under all wheels of a side is that of the body's own pitch.
     let is_passed = |f: &&Finding| f.test == ground::SCALE && f.verdict == Verdict::Ok;
@@ -201,7 +206,7 @@ fn across_sides(
     if !is_compared && !findings.iter().any(Finding::is_fault) {
         findings.push(contradiction::sizes(&wired, stated, pace));
     }
-    let level = Level::of_both(&wired, &rover.side, &stated.settings);
+    let level = Level::of_both(&wired, rover, &stated.settings);
     findings.push(level.finding("body_inclination"));
     let is_found = findings.iter().any(Finding::is_fault);
     findings.extend(agreement::findings(&wired, stated, is_found));
@@ -250,13 +255,24 @@ fn with_side<T>(
 }
 
 /// Whether the rover turns as it starts: each side then pushes the other one.
-fn starts_turning(frames: &[WholeFrame]) -> bool {
-    frames::body_turn(frames::start(frames)) > STARTS_STRAIGHT
+fn starts_turning(frames: &[WholeFrame], rover: &WholeRover) -> bool {
+    let start = frames::start(frames);
+    let turned = frames::body_turn(start);
+    let mut turns = start.iter().filter_map(frames::wheel_turns);
+    let ends = turns
+        .next()
+        .map(|first| (first, turns.next_back().unwrap_or(first)));
+    let geometry = &rover.side.geometry;
+    let way = ends.map_or(0.0, |(first, last)| {
+        geometry.wheel_radius * (last - first).abs() / 6.0
+    });
+    let across = 0.5 * geometry.wheelbase() * turned;
+    turned > STARTS_STRAIGHT || turned > SLOW_TURN && across > STARTS_DRAGGED * way
 }
 
 /// What a start straight on shows of the signs of each side, and of the size of the torques.
 fn of_start(frames: &[WholeFrame], stated: &StatedBoth<'_>) -> Vec<Finding> {
-    if starts_turning(frames) {
+    if starts_turning(frames, stated.rover) {
         return Vec::new();
     }
     let sides = SIDE_NAMES.into_iter().enumerate();
@@ -275,7 +291,7 @@ fn of_side(
     name: &str,
 ) -> Vec<Finding> {
     let turned = frames::body_turn(frames);
-    let starts_turning = starts_turning(frames);
+    let starts_turning = starts_turning(frames, stated.rover);
     let mut excused = Vec::new();
     if starts_turning {
         excused.extend([start::TEST, start::SIZE]);
@@ -325,4 +341,27 @@ fn of_named_side(mut finding: Finding, name: &str) -> Finding {
         }
     }
     finding
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{rover, turn_left};
+    use super::*;
+
+    /// A turn of 0.015 rad in 1.5 s is one of a rover that drives 45 mm, whose front wheels go across by a tenth of that, and
+    /// none of one that drives 0.45 m; one of 0.3 rad always is.
+    #[test]
+    fn a_slow_start_turns_by_less() {
+        let rover = rover();
+        let turns = |speed: f64, rate: f64| {
+            let frames = turn_left(|f| {
+                let angle = speed * f.time / rover.side.geometry.wheel_radius;
+                f.wheel_angle = [Some(angle); 6];
+                f.rates[2] = Some(rate);
+            });
+            starts_turning(&frames, &rover)
+        };
+        assert!(turns(0.03, 0.01) && !turns(0.3, 0.01) && turns(0.3, 0.2));
+        assert!(!turns(0.003, 0.001));
+    }
 }
