@@ -71,6 +71,14 @@ impl Arms {
         })
     }
 
+    /// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line
+    /// to the middle wheel, at the middle wheel that of the line between the others. The ground under a
+    /// wheel deviates from it, but over a distance the mean slope of the ground is that of the robot.
+    pub fn expected_slopes(&self) -> [f64; 3] {
+        let slope = |front: usize, rear: usize| direction(self.axles[front] - self.axles[rear]);
+        [slope(0, 1), slope(0, 2), slope(1, 2)]
+    }
+
     /// The same posture in angles, rad.
     pub fn posture(&self, theta1: f64, theta2: f64) -> Posture {
         let angle = |bar: Bar| direction(self.axes[bar as usize]);

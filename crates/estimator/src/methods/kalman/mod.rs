@@ -29,7 +29,6 @@ use crate::start::Carried;
 use crate::state;
 use crate::statics::{Arms, Equations, Forces, RightSide, solve};
 use crate::torque_scale::{Rolling, ScaleFilter};
-use motion::expected_slopes;
 use robhaz_model::{Geometry, Robot, Vec2};
 
 /// Filters of links, wheels and motion.
@@ -224,6 +223,10 @@ impl KalmanFilters {
         self.ground.end_section();
         self.scale = before.scale;
         self.scale.interrupt();
+        if before.links.iter().any(LinkAngleKalman::contradicts) {
+            // What is wrong goes on.
+            self.health = before.health;
+        }
     }
 
     /// Advances all filters to one instant and estimates the forces: link angles, motion, eq. (8),
@@ -468,7 +471,7 @@ impl KalmanFilters {
         /// has, on average, the slope of that line.
         /// Guard.
         const OFF_LINE: f64 = core::f64::consts::FRAC_PI_4;
-        let slopes = expected_slopes(arms);
+        let slopes = arms.expected_slopes();
         let off_line = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
         let leaves_line = [0, 1, 2].into_iter().all(|i| off_line(i) > OFF_LINE);
         self.time_off_line = if leaves_line {

@@ -12,7 +12,7 @@ use crate::health::Innovations;
 use crate::nominal::{Instant, Nominal};
 use crate::settings::ContactAngles;
 use crate::statics::Arms;
-use robhaz_model::{Bar, GRAVITY, Geometry, Robot, direction, perp};
+use robhaz_model::{Bar, GRAVITY, Geometry, Robot, perp};
 
 impl KalmanFilters {
     /// Least vertical specific force whose direction is that of gravity, m/s^2: half of gravity.
@@ -78,7 +78,7 @@ impl KalmanFilters {
     ) -> [Option<RollingResiduals>; 3] {
         let (nominal, inputs, dt) = (instant.nominal, instant.inputs, instant.dt);
         let (robot, settings) = (&nominal.robot, &nominal.settings);
-        let mut slopes = expected_slopes(arms);
+        let mut slopes = arms.expected_slopes();
         for (slope, [factor, added]) in slopes.iter_mut().zip(self.across.slope) {
             *slope = *slope * factor + added;
         }
@@ -273,14 +273,6 @@ impl KalmanFilters {
             along / (GRAVITY + force.y).max(Self::LEAST_UPWARD)
         })
     }
-}
-
-/// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line
-/// to the middle wheel, at the middle wheel that of the line between the others. The ground under a
-/// wheel deviates from it, but over a distance the mean slope of the ground is that of the robot.
-pub(super) fn expected_slopes(arms: &Arms) -> [f64; 3] {
-    let slope = |front: usize, rear: usize| direction(arms.axles[front] - arms.axles[rear]);
-    [slope(0, 1), slope(0, 2), slope(1, 2)]
 }
 
 /// Normalised innovations squared of the speed constraints, each relative to the middle one of the
