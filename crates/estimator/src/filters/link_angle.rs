@@ -71,6 +71,10 @@ impl LinkAngleKalman {
     /// Time for which inclinations may be outliers that do not contradict the gyroscope, s: longer than any impact.
     /// Guard.
     const OUTLIERS: f64 = 0.2;
+    /// Angle between inclinometer and gyroscope up to which the gyroscope is believed, rad: what an unstated lag of some
+    /// tenths of a second makes of rough ground.
+    /// Chosen.
+    const LAGS: f64 = 0.05;
     /// Relative error of an inclinometer's lag: tolerance of a low pass.
     /// Data sheet: tolerance of the capacitors of a low pass.
     const LAG_ERROR: f64 = 0.2;
@@ -288,7 +292,7 @@ impl LinkAngleKalman {
     /// The same for so long that what the filters have found meanwhile is wrong.
     pub(crate) fn is_lost(&self) -> bool {
         let silent = self.silent > LONGEST_GAP && self.is_uncertain();
-        silent || self.contradicted > LONGEST_BEYOND_GATE
+        silent || self.contradicted > LONGEST_BEYOND_GATE && self.apart > Self::LAGS
     }
 
     /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro,

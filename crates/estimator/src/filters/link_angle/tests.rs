@@ -221,3 +221,38 @@ fn a_jump_of_the_rate_is_an_impact() {
         );
     }
 }
+
+/// A rate that is 0.2 rad/s off, beyond what the inclinometer corrects, carries the angle away by 0.2 t less that. What both
+/// are apart is a deviation from 0.3 s on, and the link is lost within 2 s. An inclinometer that lags by 0.2 s on waves of
+/// 0.15 rad/s, 0.03 rad behind, does not lose it, nor does an outlier.
+#[test]
+fn a_contradicted_angle_is_lost() {
+    let budget = NoiseBudget::typical();
+    let dt = 5e-3;
+    let run = |rate: &dyn Fn(f64) -> f64, inclination: &dyn Fn(f64) -> f64, end: f64| {
+        let mut link = LinkAngleKalman::new(&budget);
+        link.start(inclination(0.0), 0.0, rate(0.0));
+        let steps = (end / dt).round() as u32;
+        let mut lost = false;
+        for k in 1..=steps {
+            let time = dt * f64::from(k);
+            let readings = readings(Some(rate(time)), Some(inclination(time)));
+            link.update(&budget, dt, &readings, 0.0);
+            lost |= link.is_lost();
+        }
+        (link, lost)
+    };
+    let (link, lost) = run(&|_| 0.2, &|_| 0.0, 0.3);
+    assert!(link.contradicts() && !lost);
+    // One step of 1 mrad is not yet in it.
+    let difference = link.settled_sigma() - link.angle();
+    assert!(difference.abs() < 2e-3, "{difference}");
+    assert!(run(&|_| 0.2, &|_| 0.0, 2.0).1);
+
+    let lagging = |t: f64| 0.15 * (1.0 - libm::cos(t - 0.2));
+    let (link, lost) = run(&|t| 0.15 * libm::sin(t), &lagging, 20.0);
+    assert!(!lost, "{}", link.apart);
+    let outlier = |t: f64| if t.fract() > 0.9 { 0.5 } else { 0.0 };
+    let (link, lost) = run(&|_| 0.0, &outlier, 9.8);
+    assert!(!lost && !link.contradicts());
+}
