@@ -48,6 +48,8 @@ pub struct LinkAngleKalman {
     contradicted: f64,
     /// The last of their innovations, rad, after [`Self::OUTLIERS`].
     apart: f64,
+    /// An innovation of theirs, rad, and for how long those after it have been the same, s.
+    constant: (f64, f64),
     /// What a rate that follows from the angle of a joint errs by in addition to the gyroscope's
     /// noise, rad/s.
     pub joint_noise: f64,
@@ -193,6 +195,13 @@ impl LinkAngleKalman {
         } else {
             0.0
         };
+        let (before, time) = self.constant;
+        let changed = innovation.value - before;
+        self.constant = if outlier && changed * changed < GATE * GATE * innovation.variance {
+            (before, time + dt)
+        } else {
+            (innovation.value, 0.0)
+        };
     }
 
     /// Whether the inclinometer has contradicted the gyroscope for longer than outliers last.
@@ -289,10 +298,13 @@ impl LinkAngleKalman {
         self.settled_sigma() > UNCERTAIN
     }
 
-    /// The same for so long that what the filters have found meanwhile is wrong.
+    /// The same for so long that what the filters have found meanwhile is wrong; or the inclinometer is off by the same
+    /// angle for as long as if the gyroscope, which turns with it again, has erred for a while. One that still errs moves
+    /// the angle on, and an inclinometer with the wrong sign changes with the ground.
     pub(crate) fn is_lost(&self) -> bool {
         let silent = self.silent > LONGEST_GAP && self.is_uncertain();
-        silent || self.contradicted > LONGEST_BEYOND_GATE && self.apart > Self::LAGS
+        let (_, time) = self.constant;
+        silent || time > LONGEST_BEYOND_GATE && self.apart > Self::LAGS
     }
 
     /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro,
