@@ -225,7 +225,7 @@ fn a_jump_of_the_rate_is_an_impact() {
 /// A rate that is 0.2 rad/s off, beyond what the inclinometer corrects, carries the angle away by 0.2 t less that. What both
 /// are apart is a deviation from 0.3 s on. As long as the rate errs, the link is not lost: which of both is right no reading
 /// shows. One that has erred for a second has left the angle off by the same amount for another one: lost. Nor is a link
-/// whose inclinometer lags by 0.2 s on waves of 0.2 rad/s, 0.04 rad behind, or has outliers.
+/// whose inclinometer lags by 0.2 s on waves of 0.15 rad/s, 0.03 rad behind, or has outliers.
 #[test]
 fn a_contradicted_angle_is_lost() {
     let budget = NoiseBudget::typical();
@@ -253,8 +253,8 @@ fn a_contradicted_angle_is_lost() {
     assert!(!run(&for_a_second, &|_| 0.0, 1.9).1);
     assert!(run(&for_a_second, &|_| 0.0, 2.1).1);
 
-    let lagging = |t: f64| 0.2 * (1.0 - libm::cos(t - 0.2));
-    let (link, lost) = run(&|t| 0.2 * libm::sin(t), &lagging, 20.0);
+    let lagging = |t: f64| 0.15 * (1.0 - libm::cos(t - 0.2));
+    let (link, lost) = run(&|t| 0.15 * libm::sin(t), &lagging, 20.0);
     assert!(!lost, "{}", link.apart);
     let outlier = |t: f64| if t.fract() > 0.9 { 0.5 } else { 0.0 };
     let (link, lost) = run(&|_| 0.0, &outlier, 9.8);
