@@ -44,17 +44,24 @@ pub struct LinkAngleKalman {
     unread: f64,
     /// The same of the inclinometer.
     silent: f64,
-    /// For how long all inclinations have been outliers, s.
-    contradicted: f64,
-    /// The last of their innovations, rad, after [`Self::OUTLIERS`].
-    apart: f64,
-    /// An innovation of theirs, rad, and for how long those after it have been the same, s.
-    constant: (f64, f64),
+    /// Of the last inclinations, if all were outliers.
+    outliers: Option<Outliers>,
     /// What a rate that follows from the angle of a joint errs by in addition to the gyroscope's
     /// noise, rad/s.
     pub joint_noise: f64,
     /// Whether it has had its first reading.
     pub started: bool,
+}
+
+/// Inclinations that are outliers one after the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Outliers {
+    /// Innovation of the last one, rad.
+    apart: f64,
+    /// For how long there have been such, s.
+    time: f64,
+    /// An innovation, rad, and for how long those after it have been the same, s.
+    constant: (f64, f64),
 }
 
 /// Angle of the link, rad.
@@ -161,9 +168,10 @@ impl LinkAngleKalman {
         force_angle: f64,
     ) -> Option<Innovation> {
         let (last, held) = (self.rate, self.unread > 0.0);
+        let since = (self.silent + dt).min(f64::MAX);
         self.silent = match readings.inclination {
             Some(_) => 0.0,
-            None => (self.silent + dt).min(f64::MAX),
+            None => since,
         };
         self.predict(budget, dt, readings.rate);
         // The low-pass filtered rate takes over a change that only an impact can cause.
@@ -180,33 +188,47 @@ impl LinkAngleKalman {
         self.expect(budget, dt, force_angle);
         let inclination = readings.inclination?;
         let innovation = self.correct(budget, inclination, force_angle);
-        self.compare(&innovation, dt);
+        self.compare(&innovation, since);
         Some(innovation)
     }
 
-    /// Notes for how long the inclinometer has contradicted the gyroscope. One of both is wrong, and the gate keeps
-    /// the angle with the gyroscope: it errs by as much as they are apart.
-    fn compare(&mut self, innovation: &Innovation, dt: f64) {
-        let outlier = innovation.nis() > GATE * GATE;
-        self.contradicted = if outlier { self.contradicted + dt } else { 0.0 };
-        let contradicts = self.contradicts();
-        self.apart = if contradicts {
-            innovation.value.abs()
-        } else {
-            0.0
-        };
-        let (before, time) = self.constant;
+    /// Notes for how long the inclinometer has contradicted the gyroscope, by an innovation `since` (s) the last one. One of
+    /// both is wrong, and the gate keeps the angle with the gyroscope: it errs by as much as they are apart.
+    fn compare(&mut self, innovation: &Innovation, since: f64) {
+        if innovation.nis() <= GATE * GATE {
+            self.outliers = None;
+            return;
+        }
+        let Outliers { time, constant, .. } = self.outliers.unwrap_or(Outliers {
+            apart: innovation.value,
+            time: -since,
+            constant: (innovation.value, -since),
+        });
+        let (before, lasts) = constant;
         let changed = innovation.value - before;
-        self.constant = if outlier && changed * changed < GATE * GATE * innovation.variance {
-            (before, time + dt)
-        } else {
-            (innovation.value, 0.0)
-        };
+        let is_same = changed * changed < GATE * GATE * innovation.variance;
+        self.outliers = Some(Outliers {
+            apart: innovation.value,
+            time: time + since,
+            constant: if is_same {
+                (before, lasts + since)
+            } else {
+                (innovation.value, 0.0)
+            },
+        });
     }
 
     /// Whether the inclinometer has contradicted the gyroscope for longer than outliers last.
     pub(crate) fn contradicts(&self) -> bool {
-        self.contradicted > Self::OUTLIERS
+        self.apart() > 0.0
+    }
+
+    /// By how much they are apart then, rad; 0 else.
+    pub(crate) fn apart(&self) -> f64 {
+        let lasting = self
+            .outliers
+            .filter(|outliers| outliers.time > Self::OUTLIERS);
+        lasting.map_or(0.0, |outliers| outliers.apart.abs())
     }
 
     /// Passes the inclinometer's expected reading, with its `force_angle` from gravity (rad)
@@ -287,7 +309,7 @@ impl LinkAngleKalman {
     /// Standard deviation of the angle against the mean of the inclinometer's readings, rad,
     /// without its bias.
     pub(crate) fn settled_sigma(&self) -> f64 {
-        root_sum_square(self.filter.estimated(ANGLE).1, self.apart)
+        root_sum_square(self.filter.estimated(ANGLE).1, self.apart())
     }
 
     /// Whether the angle is hardly known: no reading has shown it for a while.
@@ -298,13 +320,17 @@ impl LinkAngleKalman {
         self.settled_sigma() > UNCERTAIN
     }
 
-    /// The same for so long that what the filters have found meanwhile is wrong; or the inclinometer is off by the same
-    /// angle for as long as if the gyroscope, which turns with it again, has erred for a while. One that still errs moves
-    /// the angle on, and an inclinometer with the wrong sign changes with the ground.
+    /// Whether the angle is no longer to be believed: hardly known for so long that what the filters have found meanwhile
+    /// is wrong; or off its inclinometer by the same angle for a second. Then the gyroscope has erred, and turns with the
+    /// inclinometer again. One that still errs moves the angle on, and an inclinometer with the wrong sign changes with
+    /// the ground.
     pub(crate) fn is_lost(&self) -> bool {
         let silent = self.silent > LONGEST_GAP && self.is_uncertain();
-        let (_, time) = self.constant;
-        silent || time > LONGEST_BEYOND_GATE && self.apart > Self::LAGS
+        let off = self.outliers.is_some_and(|outliers| {
+            let (_, lasts) = outliers.constant;
+            lasts > LONGEST_BEYOND_GATE && outliers.apart.abs() > Self::LAGS
+        });
+        silent || off
     }
 
     /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro,

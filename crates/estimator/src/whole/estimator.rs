@@ -32,6 +32,7 @@ use crate::methods::{Across, SideState};
 use crate::nominal::{at_stop, stop_torque};
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, Method, NoiseBudget, Sides};
 use crate::start::{Carried, Start};
+use crate::state::COUNT;
 use crate::statics::{DIRECT, Forces};
 use crate::torque_scale::ScaleFilter;
 use robhaz_model::{Coupling, Units, Vec2, WholeRover, WholeRoverError};
@@ -236,11 +237,12 @@ impl WholeEstimator {
     fn estimate(&mut self, frame: &WholeFrame) -> Result<WholeEstimate, EstimateError> {
         let (dt, interrupted) = self.advance_clock(frame.time)?;
         let frame = &self.read_body(*frame, dt);
-        self.begin(frame, interrupted);
+        let found = self.begin(frame, interrupted);
         self.take(frame);
         let frames = self.readings.frames(frame);
         let in_units = self.budget_in_units();
         let (roll, body_flags) = self.update_roll(frame, &in_units, dt);
+        let body_flags = body_flags | found;
         let across = self.across();
         let [left, right] = &mut self.sides;
         // Both take the frame, also where one has no estimate.
@@ -281,6 +283,7 @@ impl WholeEstimator {
         let [left, right] = &mut self.sides;
         let left = left.conclude(step0, forces0);
         let right = right.conclude(step1, forces1);
+        self.part_discarded();
         let (Some(left), Some(right)) = (left, right) else {
             return Err(EstimateError::Singular);
         };
@@ -324,6 +327,18 @@ impl WholeEstimator {
         })
     }
 
+    /// What was discarded on one side has no covariance with the other one any more.
+    fn part_discarded(&mut self) {
+        let [left, right] = &mut self.sides;
+        if let (Some(left), Some(right)) = (left.motion(), right.motion())
+            && !(left.is_coupled() && right.is_coupled())
+        {
+            let apart = [[0.0; COUNT]; COUNT];
+            left.set_guests(apart);
+            right.set_guests(apart);
+        }
+    }
+
     /// Flag of the coupling near an end stop.
     fn coupling_at_stop(&self) -> Flags {
         let (angle, _) = self.readings.coupled();
@@ -365,8 +380,9 @@ impl WholeEstimator {
             let across = across / self.rover.side.gravity;
             roll.jump(in_units, roll_rate.late, roll_rate.left_out(), dt / time);
             roll.update(in_units, dt / time, &readings, across);
-        } else if let Some(angle) = readings.inclination {
-            roll.start(angle, 0.0, readings.rate.unwrap_or(0.0));
+        } else if self.body.roll.known {
+            let held = &self.body.roll;
+            roll.start(held.value, held.age, readings.rate.unwrap_or(0.0));
         }
         let turning = roll.acceleration / (time * time);
         ([roll.angle(), roll.smooth_rate / time, turning], flags)
@@ -396,7 +412,7 @@ impl WholeEstimator {
             WholeEquilibrium::new(rover, &posture, &motion, &inputs.contact_angles())?;
         let rate_error = match self.readings.is_stale() {
             false => self.readings.rear_rate_error(),
-            // It turns with the ground, whose slopes are as long as the wheels are large.
+            // By that angle within a wheel's radius.
             true => UNREAD * libm::fabs(inputs.speed()) / rover.side.geometry.wheel_radius,
         };
         equations.slide(&motion, inputs.speed(), &inputs.creep(), rate_error);
@@ -439,6 +455,14 @@ impl WholeEstimator {
             &equations,
             &mut forces,
         );
+        if self.roll.contradicts() {
+            // The force across that a wrong roll asks for passes for axial forces.
+            let [angle, rate, acceleration] = roll;
+            let turned = [angle + self.roll.apart(), rate, acceleration];
+            let (_, _, turned) = self.equations(states, turned)?;
+            let turned = turned.solve_about(&inputs.traction(), &covariance, &self.about)?;
+            forces.consider_difference(&turned);
+        }
         if rover.coupling == Coupling::RearBogie && self.readings.is_stale() {
             let turned = equations.of_rear_turn(UNREAD, &forces.normal, &inputs.traction());
             forces.consider(&turned);
@@ -493,8 +517,9 @@ fn both([a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> [f64; 6] {
     [a, b, c, d, e, f]
 }
 
-/// Standard deviation of the angle of a rear bogie that is not read, rad: it turns with the ground under its wheels.
-/// Definition.
+/// Standard deviation of the angle of a rear bogie that is not read, rad: that of the difference of two slopes of the
+/// ground.
+/// Chosen.
 const UNREAD: f64 = core::f64::consts::SQRT_2 * SLOPE;
 
 /// Least sum of the normal forces, over the weight, about which the rows are linearised.

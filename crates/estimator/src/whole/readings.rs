@@ -4,7 +4,9 @@ use super::posture::sign;
 use crate::deviation::root_sum_square;
 use crate::flags::Flags;
 use crate::frame::{Inputs, LinkReading, SensorFrame};
-use robhaz_model::{BodyMount, BodyReading, Coupling, Geometry, PathAngle, Suspension, WholeRover};
+use robhaz_model::{
+    BodyMount, BodyReading, Coupling, Geometry, PathAngle, Suspension, Units, WholeRover,
+};
 
 /// All readings of one instant, SI; `None` where one is missing. Wheels are left 1 to 3, then right
 /// 1 to 3.
@@ -63,6 +65,8 @@ pub struct SideReadings {
     /// Time of the last frame, s, and for how long the coupling has not been read.
     time: Option<f64>,
     silent: f64,
+    /// For how long a reading may be held, s.
+    held: f64,
 }
 
 impl SideReadings {
@@ -78,6 +82,7 @@ impl SideReadings {
             coupled: (0.0, 0.0),
             time: None,
             silent: 0.0,
+            held: Inputs::STALE_AFTER * Units::of(&rover.side).time,
         }
     }
 
@@ -96,7 +101,6 @@ impl SideReadings {
             mounts: self.mounts.each_ref().map(BodyMount::started_anew),
             coupling: self.coupling.started_anew(),
             time: None,
-            silent: 0.0,
             ..self.clone()
         }
     }
@@ -110,7 +114,7 @@ impl SideReadings {
 
     /// Whether the coupling has not been read for too long.
     pub(super) fn is_stale(&self) -> bool {
-        self.silent > Inputs::STALE_AFTER
+        self.silent > self.held
     }
 
     /// Flags of a rear bogie's angle that is missing. That of a differential is one of the links' readings.

@@ -90,6 +90,12 @@ impl WholeForces {
         self.covariance += moved * moved.transpose();
     }
 
+    /// Adds what an error does that these forces have and `other` have not to the covariance of N.
+    pub(crate) fn consider_difference(&mut self, other: &Self) {
+        let moved = Vector6::from(other.normal) - Vector6::from(self.normal);
+        self.covariance += moved * moved.transpose();
+    }
+
     /// The same for the errors of the load parameters, by the rows' derivatives by them.
     pub(crate) fn consider_parameters(
         &mut self,

@@ -255,7 +255,7 @@ fn a_contradicted_angle_is_lost() {
 
     let lagging = |t: f64| 0.15 * (1.0 - libm::cos(t - 0.2));
     let (link, lost) = run(&|t| 0.15 * libm::sin(t), &lagging, 20.0);
-    assert!(!lost, "{}", link.apart);
+    assert!(!lost, "{}", link.apart());
     let outlier = |t: f64| if t.fract() > 0.9 { 0.5 } else { 0.0 };
     let (link, lost) = run(&|_| 0.0, &outlier, 9.8);
     assert!(!lost && !link.contradicts());

@@ -11,7 +11,7 @@ mod tests;
 pub(crate) use side::SideState;
 
 use super::wheel::Wheel;
-use crate::common::LONGEST_BEYOND_GATE;
+use crate::common::{LONGEST_BEYOND_GATE, ROLLING_SPEED};
 use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
 };
@@ -197,12 +197,12 @@ impl KalmanFilters {
         started && self.carried.take(wheels, links)
     }
 
-    /// Speed of the rims, m/s, if a frame reads the angle of a link that was lost: what is known of the motion, which
+    /// Speed by the encoders, m/s, if a frame reads the angle of a link that was lost: what is known of the motion, which
     /// false rates may have carried anywhere.
     pub fn speed_at_found_link(&self, geometry: &Geometry, frame: &SensorFrame) -> Option<f64> {
         let mut links = self.links.iter().zip([&frame.link1, &frame.link2]);
         let found = links.any(|(link, read)| link.is_lost() && read.inclination.is_some());
-        found.then(|| self.mean_rim_speed(geometry))
+        found.then(|| self.encoder_speed(geometry))
     }
 
     /// Takes over what lasts from `before` after a gap: the memory of the ground, whose section
@@ -223,10 +223,6 @@ impl KalmanFilters {
         self.ground.end_section();
         self.scale = before.scale;
         self.scale.interrupt();
-        if before.links.iter().any(LinkAngleKalman::contradicts) {
-            // What is wrong goes on.
-            self.health = before.health;
-        }
     }
 
     /// Advances all filters to one instant and estimates the forces: link angles, motion, eq. (8),
@@ -464,16 +460,18 @@ impl KalmanFilters {
     }
 
     /// Starts the motion filter anew when the parity residual has been beyond its gate for too
-    /// long, or no wheel can roll as estimated. The places of the ground were computed from its velocity: a new section
-    /// starts.
+    /// long, or the ground under every wheel has been found far off the line between the wheels while they roll. The places
+    /// of the ground were computed from its velocity: a new section starts.
     fn discard_wrong_states(&mut self, budget: &NoiseBudget, arms: &Arms, instant: &Instant<'_>) {
         /// Angle between the ground of each wheel and the line between the wheels, rad: ground that all wheels pass
         /// has, on average, the slope of that line.
         /// Guard.
         const OFF_LINE: f64 = core::f64::consts::FRAC_PI_4;
-        let slopes = arms.expected_slopes();
+        let slopes = self.slopes_of_line(arms);
+        let speed = self.encoder_speed(&instant.nominal.robot.geometry);
+        let rolls = !self.standing.stands && libm::fabs(speed) > ROLLING_SPEED;
         let off_line = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
-        let leaves_line = [0, 1, 2].into_iter().all(|i| off_line(i) > OFF_LINE);
+        let leaves_line = rolls && [0, 1, 2].into_iter().all(|i| off_line(i) > OFF_LINE);
         self.time_off_line = if leaves_line {
             self.time_off_line + instant.dt
         } else {
@@ -482,8 +480,10 @@ impl KalmanFilters {
         if self.time_beyond_gate.max(self.time_off_line) > LONGEST_BEYOND_GATE {
             self.motion = MotionFilter::new(budget, self.method.contact_angles);
             self.motion.reset_velocity_variance();
-            let speed = self.mean_rim_speed(&instant.nominal.robot.geometry);
-            self.motion.assume_velocity(Vec2::new(speed, 0.0));
+            self.motion.start_at(&slopes);
+            let (sine, cosine) = libm::sincos(slopes[1]);
+            let velocity = Vec2::new(cosine, sine) * speed;
+            self.motion.assume_velocity(velocity);
             self.ground.end_section();
             (self.time_beyond_gate, self.time_off_line) = (0.0, 0.0);
         }

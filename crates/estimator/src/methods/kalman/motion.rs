@@ -52,10 +52,22 @@ impl KalmanFilters {
         }
     }
 
-    /// Mean speed of the rims relative to their axles, m/s, forward positive.
-    pub(super) fn mean_rim_speed(&self, geometry: &Geometry) -> f64 {
-        let rim_speed = |i| self.rim_speed(i, geometry).unwrap_or(0.0);
-        (rim_speed(0) + rim_speed(1) + rim_speed(2)) / 3.0
+    /// Speed of the robot by the encoders of the wheels that have settled, m/s, as if no link turned: 0 without any.
+    pub(super) fn encoder_speed(&self, geometry: &Geometry) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for spin in self.wheels.iter().filter_map(|wheel| wheel.settled_speed()) {
+            (sum, count) = (sum + geometry.wheel_radius * spin, count + 1.0);
+        }
+        if count > 0.0 { sum / count } else { 0.0 }
+    }
+
+    /// Slopes of the line between the wheels, rad: [`Arms::expected_slopes`], as a steered wheel sees them.
+    pub(super) fn slopes_of_line(&self, arms: &Arms) -> [f64; 3] {
+        let mut slopes = arms.expected_slopes();
+        for (slope, [factor, added]) in slopes.iter_mut().zip(self.across.slope) {
+            *slope = *slope * factor + added;
+        }
+        slopes
     }
 
     /// Speed of the rim of wheel `i` relative to its axle, m/s, forward positive. `None` before its
@@ -78,10 +90,7 @@ impl KalmanFilters {
     ) -> [Option<RollingResiduals>; 3] {
         let (nominal, inputs, dt) = (instant.nominal, instant.inputs, instant.dt);
         let (robot, settings) = (&nominal.robot, &nominal.settings);
-        let mut slopes = arms.expected_slopes();
-        for (slope, [factor, added]) in slopes.iter_mut().zip(self.across.slope) {
-            *slope = *slope * factor + added;
-        }
+        let slopes = self.slopes_of_line(arms);
         self.detect_standing(instant, arms, &slopes);
         if dt > 0.0 {
             let fresh = inputs.contact_angle.map(|angle| angle.fresh());

@@ -4,6 +4,7 @@ use super::WholeEstimator;
 use super::misfit::MeanMisfit;
 use crate::estimate::EstimateError;
 use crate::filters::LinkAngleKalman;
+use crate::flags::Flags;
 use crate::frame::{BodyInputs, LARGEST_TORQUE, LONGEST_GAP, SHORTEST_STEP, limit};
 use crate::start::Carried;
 use crate::whole::readings::WholeFrame;
@@ -31,9 +32,11 @@ impl WholeEstimator {
 
     /// The filter of the roll starts anew where the first frames show that the rover drives, as those of
     /// the sides do; they do, too, where it is inclined while its wheels stand. `interrupted`: there is a gap
-    /// before this frame.
-    pub(super) fn begin(&mut self, frame: &WholeFrame, interrupted: bool) {
+    /// before this frame. Returns the flag of a roll that was lost and is read again.
+    pub(super) fn begin(&mut self, frame: &WholeFrame, interrupted: bool) -> Flags {
         let now = frame.time / self.units.time;
+        let found = self.roll.is_lost() && frame.roll.is_some_and(f64::is_finite);
+        let interrupted = interrupted || found;
         let (noise, moves) = self.start.take(now, &frame.wheel_angle, interrupted);
         self.settings.budget.inclination_noise = noise;
         if let [Some(a), Some(b), Some(c), ..] = frame.wheel_angle
@@ -43,10 +46,10 @@ impl WholeEstimator {
             self.carried = Carried::default();
             self.start_anew();
         }
-        let found = self.roll.is_lost() && frame.roll.is_some();
-        if moves.is_some() || interrupted || found {
+        if moves.is_some() || interrupted {
             self.roll = LinkAngleKalman::new(&self.budget_in_units());
         }
+        Flags::SENSOR_STALE.when(found)
     }
 
     /// All filters start anew with the next frame.
