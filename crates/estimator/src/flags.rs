@@ -72,7 +72,8 @@ impl Flags {
     /// good one stands in for it.
     pub const SENSOR_MISSING: Self = Self(16);
     /// A reading has been missing for more than 0.1 s, or the filters start anew: after a gap in
-    /// time, with a clock that was set back, with an encoder that counts from a new zero.
+    /// time, with a clock that was set back, with an encoder that counts from a new zero, with an angle that its
+    /// gyroscope had led astray.
     pub const SENSOR_STALE: Self = Self(32);
     /// A reading was not a finite number or beyond what the robot can do; it counts as missing.
     pub const SENSOR_ABSURD: Self = Self(64);
@@ -82,7 +83,8 @@ impl Flags {
     /// The drives turn the wheels or push, but the robot stands. Where its wheels touch the ground
     /// is then hardly known.
     pub const SPINS_IN_PLACE: Self = Self(256);
-    /// Readings contradict each other: see [`crate::Health::faulty`].
+    /// Readings contradict each other: see [`crate::Health::faulty`], and of a rover with both sides
+    /// [`crate::whole::WholeEstimate::body_flags`].
     pub const CONTRADICTION: Self = Self(512);
 
     /// Warnings with which forces and motion say nothing of the friction: an unknown torque, old

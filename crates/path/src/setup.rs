@@ -107,7 +107,7 @@ impl PathSetup {
         let speed = scene.drive.speed;
         if speed < 0.0 {
             return refused(format!(
-                "drive.speed is {speed} m/s; a path is judged forward, and back it is another one: mirror the ground and the robot"
+                "drive.speed is {speed} m/s; a path is judged forward: to drive it back, mirror the ground and the robot"
             ));
         }
         if options.drive != DriveKind::Ideal && (speed.is_nan() || speed <= 0.0) {

@@ -38,7 +38,7 @@ pub(crate) struct Ground {
     stretches: Vec<Stretch>,
     /// Static coefficient outside of friction stretches, -.
     mu_s: f64,
-    /// Of the robot, beside that of robot A.
+    /// Of the robot, relative to that of robot A.
     size: f64,
     /// Range that is drawn so far, m.
     drawn: (f64, f64),

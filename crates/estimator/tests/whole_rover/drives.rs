@@ -480,6 +480,8 @@ fn a_rear_bogie_that_is_not_read_is_stated() {
     assert!(!missing && !stale);
     assert!(found[401].0 && !found[401].1);
     let (missing, stale, unread) = found[450];
+    // The slopes of the ground are some 0.1 rad, of which each moves N by a tenth and more; after it, what was learned while
+    // it was unread is up to a tenth less certain.
     assert!(
         missing && stale && unread > 1.2 * before,
         "{unread} {before}"

@@ -132,7 +132,7 @@ impl Level {
         let apart = |f: &SensorFrame| Some(f.link1.inclination? - f.link2.inclination?);
         let read = |f: &SensorFrame| (f.time, f.wheel_angle, f.motor_torque, [slope(f), apart(f)]);
         // One side shows no turn.
-        let found = Self::of(frames.iter().map(read), robot, settings, f64::INFINITY);
+        let found = Self::of(frames.iter().map(read), robot, settings, None);
         Self {
             allowed: found.allowed.filter(|_| settings.sides == Sides::Plane),
             ..found
@@ -146,15 +146,15 @@ impl Level {
         settings: &EstimatorSettings,
     ) -> Self {
         let side = &rover.side;
-        // Of the difference of the speeds of both sides from their mean, over it.
-        let least = TURNS * rover.mean_half_track() / (0.5 * side.geometry.wheelbase());
+        // Difference of the speeds of both sides from their mean, over it.
+        let turns_from = TURNS * rover.mean_half_track() / (0.5 * side.geometry.wheelbase());
         let read = |f: &WholeFrame| {
             let attitude = [f.inclination, f.roll];
             (f.time, f.wheel_angle, f.motor_torque, attitude)
         };
         Self {
             is_of_body: true,
-            ..Self::of(frames.iter().map(read), side, settings, least)
+            ..Self::of(frames.iter().map(read), side, settings, Some(turns_from))
         }
     }
 
@@ -173,9 +173,9 @@ impl Level {
         frames: impl Iterator<Item = Read<N>>,
         side: &Robot,
         settings: &EstimatorSettings,
-        turns: f64,
+        turns_from: Option<f64>,
     ) -> Self {
-        let Some(ways) = Ways::of(&Moment::<N>::all(frames), side, settings, turns) else {
+        let Some(ways) = Ways::of(&Moment::<N>::all(frames), side, settings, turns_from) else {
             return Self::default();
         };
         let geometry = &side.geometry;
@@ -363,7 +363,7 @@ impl Ways {
         moments: &[Moment<N>],
         side: &Robot,
         settings: &EstimatorSettings,
-        least: f64,
+        turns_from: Option<f64>,
     ) -> Option<Self> {
         let mut found = Self::default();
         let stands = |now: &&Moment<N>| {
@@ -383,7 +383,7 @@ impl Ways {
         let mut start = 0;
         for (end, moment) in moments.iter().enumerate() {
             if moment.time - moments[start].time >= SMOOTHING {
-                found.add(&moments[start..=end], side, settings, least)?;
+                found.add(&moments[start..=end], side, settings, turns_from)?;
                 start = end;
             }
         }
@@ -397,7 +397,7 @@ impl Ways {
         part: &[Moment<N>],
         side: &Robot,
         settings: &EstimatorSettings,
-        least: f64,
+        turns_from: Option<f64>,
     ) -> Option<()> {
         let [first, .., last] = part else {
             return Some(());
@@ -423,7 +423,7 @@ impl Ways {
             }
             _ => 0.0,
         };
-        if step < LONGEST_STEP && beside.abs() <= least * mean.abs() {
+        if step < LONGEST_STEP && turns_from.is_none_or(|least| beside.abs() < least * mean.abs()) {
             self.speed = self.speed.max(way.abs() / step);
             self.way[back] += way.abs();
             self.rise[back] += way * slope.sin();

@@ -183,8 +183,9 @@ mod tests {
         let pieces: Vec<_> = newest.values().flat_map(|rows| rows.windows(2)).collect();
         let length = |piece: &&[Row]| (piece[1][0].x - piece[0][0].x).abs();
         let drawn: f64 = pieces.iter().map(length).sum();
-        // The newest row is at most a step behind.
-        let (wheelbase, step) = (rover.side.geometry.wheelbase(), 0.03);
+        // The newest row is at most a step and a sample behind.
+        let wheelbase = rover.side.geometry.wheelbase();
+        let step = STEP * wheelbase + 0.01;
         assert!((drawn - (wheelbase + 1.5)).abs() < 2.0 * step, "{drawn}");
         let x = pieces.iter().flat_map(|p| p.iter()).map(|row| row[0].x);
         let (low, high) = (

@@ -150,7 +150,7 @@ fn a_rover_drives_along_a_circle() {
     );
     // The ground begins with all of it under the wheels and grows along the circle.
     let component = Mesh3D::descriptor_vertex_positions().component;
-    let mut count = 0;
+    let (mut count, mut ahead) = (0, f32::MIN);
     while chunks.contains_key(&format!("/world/ground/{count}")) {
         let meshes = rows::<Position3D>(&chunks, &format!("/world/ground/{count}"), component);
         // A tenth of the radius below the contacts.
@@ -158,9 +158,16 @@ fn a_rover_drives_along_a_circle() {
         let is_level = |p: &Position3D| (f64::from(p.0.0[2]) + below).abs() < 5e-3;
         let flat = |row: &[Position3D]| row.iter().all(is_level);
         assert!(meshes.iter().all(|(_, row)| flat(row)), "{count}");
+        let places = meshes.iter().flat_map(|(_, row)| row);
+        ahead = places.map(|p| p.0.0[0]).fold(ahead, f32::max);
         count += 1;
     }
-    assert!(count > 0);
+    // To a row behind the front axle, which is about half of a wheelbase ahead of the middle one.
+    let driven = SPEED / YAW_RATE * sin;
+    assert!(
+        f64::from(ahead) > driven + 0.3 * wheelbase,
+        "{ahead} {driven}"
+    );
     for (plot, lines) in [
         ("normal_force/left", 9),
         ("traction/right", 9),

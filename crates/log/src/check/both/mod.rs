@@ -38,9 +38,11 @@ const STRAIGHT: f64 = 0.17;
 /// Turn at a start from which on the sides push each other, rad: straight starts on even ground have up to 0.01, S-curves
 /// 0.08 and more.
 const STARTS_STRAIGHT: f64 = 0.03;
-/// The same of a slow rover, whose start is short: such turns of straight starts, and the way across of the front and rear
-/// wheels over that along.
+/// The same of a slow rover, whose start is short, rad: beyond what straight starts have.
+/// Chosen.
 const SLOW_TURN: f64 = 0.01;
+/// Way across of its front and rear wheels over that along, from which on they are dragged as it starts, -.
+/// Chosen: half of what a turn in the drive needs, since the torques of a start are small.
 const STARTS_DRAGGED: f64 = 0.05;
 /// What the tests of both sides need, as [`left_out`] says it.
 const OPPOSED: &str = "they need wheels that count forward on both sides";
