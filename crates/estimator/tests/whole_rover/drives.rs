@@ -120,6 +120,37 @@ fn rare_lost_and_wrong_readings_do_not_end_the_estimate() {
     }
 }
 
+/// Property: while the rate of the roll errs by 0.5 rad/s for 1.5 s, and until the roll is right again, 0.75 rad off, what is
+/// stated holds N, and the flag of a contradiction is raised from 0.5 s on.
+#[test]
+fn a_false_roll_is_stated() {
+    let table = Table::of(include_str!("drive.csv"));
+    let mut estimator = estimator(&open_source_rover());
+    let (mut within, mut samples) = (0.0, 0.0);
+    for row in 0..table.rows.len() {
+        let mut frame = table.frame(row);
+        if (1.0..2.5).contains(&frame.time) {
+            frame.rates[0] = frame.rates[0].map(|rate| rate + 0.5);
+        }
+        let found = estimator.update(&frame).expect("an estimate");
+        if !(1.5..3.3).contains(&frame.time) {
+            continue;
+        }
+        let flags = found.body_flags;
+        assert!(flags.contains(Flags::CONTRADICTION), "{}", frame.time);
+        for i in 0..6 {
+            let side = if i < 3 { "left" } else { "right" };
+            let name = format!("true_{side}_wheel{}_in_plane_normal_force", i % 3 + 1);
+            let error = found.normal_force[i] - table.get(row, &name).expect("truth");
+            let sigma = found.sigma_in_plane(i).expect("a wheel");
+            within += f64::from(u8::from(error.abs() < 2.0 * sigma));
+            samples += 1.0;
+        }
+    }
+    // 95 % in the mean of many drives.
+    assert!(within > 0.9 * samples, "{}", within / samples);
+}
+
 /// Property: right readings never contradict the nine equations; with 1 N m more on each torque, twenty offsets, they do.
 #[test]
 fn contradicting_readings_raise_the_flag() {

@@ -230,18 +230,22 @@ fn a_jump_of_the_rate_is_an_impact() {
 fn a_contradicted_angle_is_lost() {
     let budget = NoiseBudget::typical();
     let dt = 5e-3;
+    let run_every =
+        |every: u32, rate: &dyn Fn(f64) -> f64, inclination: &dyn Fn(f64) -> f64, end: f64| {
+            let mut link = LinkAngleKalman::new(&budget);
+            link.start(inclination(0.0), 0.0, rate(0.0));
+            let steps = (end / dt).round() as u32;
+            let mut lost = false;
+            for k in 1..=steps {
+                let time = dt * f64::from(k);
+                let inclination = (k % every == 0).then(|| inclination(time));
+                link.update(&budget, dt, &readings(Some(rate(time)), inclination), 0.0);
+                lost |= link.is_lost();
+            }
+            (link, lost)
+        };
     let run = |rate: &dyn Fn(f64) -> f64, inclination: &dyn Fn(f64) -> f64, end: f64| {
-        let mut link = LinkAngleKalman::new(&budget);
-        link.start(inclination(0.0), 0.0, rate(0.0));
-        let steps = (end / dt).round() as u32;
-        let mut lost = false;
-        for k in 1..=steps {
-            let time = dt * f64::from(k);
-            let readings = readings(Some(rate(time)), Some(inclination(time)));
-            link.update(&budget, dt, &readings, 0.0);
-            lost |= link.is_lost();
-        }
-        (link, lost)
+        run_every(1, rate, inclination, end)
     };
     let (link, lost) = run(&|_| 0.2, &|_| 0.0, 0.3);
     assert!(link.contradicts() && !lost);
@@ -252,6 +256,8 @@ fn a_contradicted_angle_is_lost() {
     let for_a_second = |t: f64| if t < 1.0 { 0.2 } else { 0.0 };
     assert!(!run(&for_a_second, &|_| 0.0, 1.9).1);
     assert!(run(&for_a_second, &|_| 0.0, 2.1).1);
+    // Two readings of an inclinometer at 10 Hz more.
+    assert!(run_every(20, &for_a_second, &|_| 0.0, 2.3).1);
 
     let lagging = |t: f64| 0.15 * (1.0 - libm::cos(t - 0.2));
     let (link, lost) = run(&|t| 0.15 * libm::sin(t), &lagging, 20.0);
