@@ -220,15 +220,15 @@ impl LinkAngleKalman {
 
     /// Whether the inclinometer has contradicted the gyroscope for longer than outliers last.
     pub(crate) fn contradicts(&self) -> bool {
-        self.apart() > 0.0
+        self.apart().abs() > 0.0
     }
 
-    /// By how much they are apart then, rad; 0 else.
+    /// Angle by the inclinometer less that by the gyroscope then, rad; 0 else.
     pub(crate) fn apart(&self) -> f64 {
         let lasting = self
             .outliers
             .filter(|outliers| outliers.time > Self::OUTLIERS);
-        lasting.map_or(0.0, |outliers| outliers.apart.abs())
+        lasting.map_or(0.0, |outliers| outliers.apart)
     }
 
     /// Passes the inclinometer's expected reading, with its `force_angle` from gravity (rad)
