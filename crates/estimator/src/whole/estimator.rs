@@ -275,7 +275,8 @@ impl WholeEstimator {
             &self.steering,
             dt,
         );
-        let found = self.solve(states, roll, dt);
+        let turned = self.with_roll_of_inclinometer(states, roll);
+        let found = turned.and_then(|turned| self.solve(states, roll, turned, dt));
         let (mut forces, inclination, lateral_force) =
             found.map_err(|_| EstimateError::Singular)?;
         let [forces0, forces1] = [0, 1].map(|side| side_forces(side, states, &forces));
@@ -429,12 +430,32 @@ impl WholeEstimator {
         Ok((inputs, (posture, motion), equations))
     }
 
+    /// N with the roll that the inclinometer shows, N, where its gyroscope contradicts it. Beside [`Self::solve`], whose
+    /// stack is as large, not within it.
+    #[inline(never)]
+    fn with_roll_of_inclinometer(
+        &self,
+        states: [&SideState; 2],
+        [angle, rate, acceleration]: [f64; 3],
+    ) -> Result<Option<[f64; 6]>, WholeError> {
+        if !self.roll.contradicts() {
+            return Ok(None);
+        }
+        let roll = [angle + self.roll.apart(), rate, acceleration];
+        let (inputs, _, equations) = self.equations(states, roll)?;
+        let roll_sigma = self.roll.angle_sigma(&self.settings.budget);
+        let covariance = inputs.covariance(&self.rover, roll_sigma);
+        let forces = equations.solve_about(&inputs.traction(), &covariance, &self.about)?;
+        Ok(Some(forces.normal))
+    }
+
     /// Forces of the nine rows, the inclination of the body (rad), and the ground's force across
     /// the body, N.
     fn solve(
         &mut self,
         states: [&SideState; 2],
         roll: [f64; 3],
+        turned: Option<[f64; 6]>,
         dt: f64,
     ) -> Result<(WholeForces, f64, f64), WholeError> {
         let rover = &self.rover;
@@ -455,12 +476,8 @@ impl WholeEstimator {
             &equations,
             &mut forces,
         );
-        if self.roll.contradicts() {
+        if let Some(turned) = turned {
             // The force across that a wrong roll asks for passes for axial forces.
-            let [angle, rate, acceleration] = roll;
-            let turned = [angle + self.roll.apart(), rate, acceleration];
-            let (_, _, turned) = self.equations(states, turned)?;
-            let turned = turned.solve_about(&inputs.traction(), &covariance, &self.about)?;
             forces.consider_difference(&turned);
         }
         if rover.coupling == Coupling::RearBogie && self.readings.is_stale() {

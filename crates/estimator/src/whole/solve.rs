@@ -90,9 +90,9 @@ impl WholeForces {
         self.covariance += moved * moved.transpose();
     }
 
-    /// Adds what an error does that these forces have and `other` have not to the covariance of N.
-    pub(crate) fn consider_difference(&mut self, other: &Self) {
-        let moved = Vector6::from(other.normal) - Vector6::from(self.normal);
+    /// Adds an error that these forces have, and those with the N `without` it (N) have not, to the covariance of N.
+    pub(crate) fn consider_difference(&mut self, without: &[f64; 6]) {
+        let moved = Vector6::from(*without) - Vector6::from(self.normal);
         self.covariance += moved * moved.transpose();
     }
 

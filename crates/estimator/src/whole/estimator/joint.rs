@@ -53,6 +53,8 @@ impl WholeEstimator {
 
     /// Corrects both sides' filters by the combinations of the rows without normal forces. `settled` as in
     /// [`crate::methods::Across`].
+    // Its stack is as large as that of the solution after it.
+    #[inline(never)]
     pub(super) fn impose_parities(
         &mut self,
         steps: &mut [SideStep; 2],
