@@ -38,7 +38,7 @@ pub(crate) struct Forces {
     mean_load: f64,
     length: f64,
     radius: f64,
-    /// Beside that of robot A.
+    /// Of the robot, relative to that of robot A.
     size: f64,
     /// Index and name of the estimator that is drawn.
     estimator: Option<(usize, String)>,

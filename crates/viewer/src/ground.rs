@@ -138,7 +138,7 @@ impl Ground {
     }
 }
 
-/// Logs the axis below a piece of ground (start, end, lowest point; m) of a robot of a size beside
+/// Logs the axis below a piece of ground (start, end, lowest point; m) of a robot of a size relative to
 /// that of robot A.
 pub(crate) fn log_axis(out: &mut Writer, [from, to, low]: [f64; 3], size: f64) -> Result {
     let ticks = ticks(from, to);

@@ -225,10 +225,10 @@ impl LinkAngleKalman {
 
     /// Angle by the inclinometer less that by the gyroscope then, rad; 0 else.
     pub(crate) fn apart(&self) -> f64 {
-        let lasting = self
+        let contradiction = self
             .outliers
             .filter(|outliers| outliers.time > Self::OUTLIERS);
-        lasting.map_or(0.0, |outliers| outliers.apart)
+        contradiction.map_or(0.0, |outliers| outliers.apart)
     }
 
     /// Passes the inclinometer's expected reading, with its `force_angle` from gravity (rad)

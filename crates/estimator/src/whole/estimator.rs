@@ -17,7 +17,7 @@ use self::misfit::MeanMisfit;
 use self::sliding::Sliding;
 use self::yaw::Yaw;
 use super::estimate::{TipLine, WholeEstimate};
-use super::inputs::{SideInputs, consider, level_loads};
+use super::inputs::{SideInputs, UNREAD, consider, level_loads};
 use super::readings::{SideReadings, WholeFrame};
 use super::{WholeEquilibrium, WholeError, WholeForces, WholeMotion, WholePosture, input};
 use crate::common::OBSTACLES;
@@ -25,7 +25,6 @@ use crate::door;
 use crate::estimate::EstimateError;
 use crate::estimator::Estimator;
 use crate::filters::LinkAngleKalman;
-use crate::filters::motion::SLOPE;
 use crate::flags::Flags;
 use crate::frame::{BodyInputs, Gate, LinkReading, Repeats};
 use crate::methods::{Across, SideState};
@@ -533,11 +532,6 @@ fn hand_over(from: &mut Estimator, to: &mut Estimator) {
 fn both([a, b, c]: [f64; 3], [d, e, f]: [f64; 3]) -> [f64; 6] {
     [a, b, c, d, e, f]
 }
-
-/// Standard deviation of the angle of a rear bogie that is not read, rad: that of the difference of two slopes of the
-/// ground.
-/// Chosen.
-const UNREAD: f64 = core::f64::consts::SQRT_2 * SLOPE;
 
 /// Least sum of the normal forces, over the weight, about which the rows are linearised.
 /// Guard.

@@ -319,6 +319,11 @@ fn consider_loads(
     }
 }
 
+/// Standard deviation of the angle of a bogie that is not read, rad: it turns with the ground under its wheels, by the
+/// difference of two slopes.
+/// Chosen.
+pub(super) const UNREAD: f64 = core::f64::consts::SQRT_2 * SLOPE;
+
 /// Adds to the covariance of N what no reading shows and lasts: places and masses of the parts, errors of the
 /// steering, and rolling resistance as far as the torques do not show it; and what the bogies' angles err by.
 pub(super) fn consider(
@@ -365,8 +370,7 @@ pub(super) fn consider(
     }
     let traction = inputs.traction();
     for (side, sigma) in inputs.bogie_sigma.into_iter().enumerate() {
-        // Of one that is not read: it turns with the ground under its wheels.
-        let turn = Vec3::y() * sigma.min(core::f64::consts::SQRT_2 * SLOPE);
+        let turn = Vec3::y() * sigma.min(UNREAD);
         let mut rows = equations.of_turn(side, turn, &forces.normal, &traction);
         for (i, axle) in posture.axles.iter().enumerate() {
             if posture.links[i] == Link::Bogie(side) {

@@ -222,8 +222,8 @@ fn a_jump_of_the_rate_is_an_impact() {
     }
 }
 
-/// A rate that is 0.2 rad/s off, beyond what the inclinometer corrects, carries the angle away by 0.2 t less that. What both
-/// are apart is a deviation from 0.3 s on. As long as the rate errs, the link is not lost: which of both is right no reading
+/// A rate that is 0.2 rad/s off, beyond what the inclinometer corrects, moves the angle by nearly 0.2 t. What both are apart
+/// is a deviation from 0.3 s on. As long as the rate errs, the link is not lost: which of both is right no reading
 /// shows. One that has erred for a second has left the angle off by the same amount for another one: lost. Nor is a link
 /// whose inclinometer lags by 0.2 s on waves of 0.15 rad/s, 0.03 rad behind, or has outliers.
 #[test]
